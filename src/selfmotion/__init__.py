@@ -1,0 +1,82 @@
+"""selfmotion: continuous joint motions for kinematically redundant robot arms.
+
+    import selfmotion as sm
+
+    arm = sm.PlanarArm(links=[30, 30, 20], limits=[None, (0, 3.14159), None])
+    path = sm.Bezier([[50, -10], [85, 30], [50, 50], [60, -10], [58, 30], [70, -10]])
+    plan = sm.plan(sm.Problem(arm, path), sm.Sinusoid(offset=[0.3], amplitude=[0.4], optimizer=sm.PSO(seed=1)))
+
+Names are imported when they are first used, so ``import selfmotion`` costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from selfmotion._version import __version__
+
+if TYPE_CHECKING:
+    from selfmotion.arms import PlanarArm
+    from selfmotion.domain import AngleDomain, angle_domain
+    from selfmotion.errors import (
+        InfeasibleError,
+        InvalidInputError,
+        NothingFeasibleError,
+        SelfMotionError,
+    )
+    from selfmotion.exchange import load_problem
+    from selfmotion.intervals import IntervalSet
+    from selfmotion.optimizers import CMAES, GA, GWO, PSO, DifferentialEvolution, RandomSearch
+    from selfmotion.paths import (
+        Arc,
+        ArcLength,
+        Bezier,
+        Circle,
+        Clothoid,
+        Concatenation,
+        Ellipse,
+        Line,
+        Lissajous,
+        Reversed,
+        Rose,
+        Transformed,
+        Waypoints,
+    )
+    from selfmotion.planners import Plan, Sinusoid, plan
+    from selfmotion.problem import Problem
+    from selfmotion.verification import judge
+
+_HOME = {
+    "arms": ("PlanarArm",),
+    "domain": ("AngleDomain", "angle_domain"),
+    "errors": ("InfeasibleError", "InvalidInputError", "NothingFeasibleError", "SelfMotionError"),
+    "exchange": ("load_problem",),
+    "intervals": ("IntervalSet",),
+    "optimizers": ("CMAES", "DifferentialEvolution", "GA", "GWO", "PSO", "RandomSearch"),
+    "paths": (
+        "Arc", "ArcLength", "Bezier", "Circle", "Clothoid", "Concatenation", "Ellipse", "Line", "Lissajous",
+        "Reversed", "Rose", "Transformed", "Waypoints",
+    ),
+    "planners": ("Plan", "Sinusoid", "plan"),
+    "problem": ("Problem",),
+    "verification": ("judge",),
+}  # fmt: skip
+_MODULE = {name: module for module, names in _HOME.items() for name in names}
+
+__all__ = [  # noqa: PLE0604
+    "__version__",
+    *sorted(_MODULE),
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULE:
+        raise AttributeError(f"module 'selfmotion' has no attribute {name!r}")
+    value = getattr(import_module(f"selfmotion.{_MODULE[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,5 @@
+"""``python -m selfmotion``."""
+
+from selfmotion.cli import main
+
+main()

@@ -1,0 +1,15 @@
+"""Arms: kinematics only; they know no path.
+
+A new arm is one file and one line in `ARMS`.
+"""
+
+from __future__ import annotations
+
+from selfmotion.arms.limits import JointLimits
+from selfmotion.arms.planar import PlanarArm
+from selfmotion.arms.protocols import Breakpoints, Cause, RedundantArm, SelfMotion
+
+ARMS: dict[str, type[PlanarArm]] = {arm.kind: arm for arm in (PlanarArm,)}
+"""Every arm by the ``kind`` of a problem file."""
+
+__all__ = ["ARMS", "Breakpoints", "Cause", "JointLimits", "PlanarArm", "RedundantArm", "SelfMotion"]

@@ -1,0 +1,149 @@
+"""Joint limits and winding: a limited joint's angle is a real number, a free joint's an angle modulo 2π."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from selfmotion._checks import LARGEST, contains_text, number, read_only
+from selfmotion._types import BoolArray, FloatArray, Limits
+from selfmotion.arms._kernels import TAU, unwrap
+from selfmotion.errors import InvalidInputError
+
+
+class Lifted(NamedTuple):
+    """Motions made continuous and moved by whole turns into the limits as far as they go.
+
+    Attributes
+    ----------
+    q : array, shape (p, k, n)
+    excess : array, shape (p, n)
+        How far each joint still leaves its limits somewhere on the motion [rad]; zero inside.
+    """
+
+    q: FloatArray
+    excess: FloatArray
+
+
+class JointLimits:
+    """Lower and upper limits of n joints.
+
+    Parameters
+    ----------
+    limits : sequence or None
+        Per joint ``None`` (free) or ``(lower, upper)`` [rad], either of which may be None. They may span more
+        than 2π: the multiple of 2π is part of the joint's state and never wrapped away.
+    n : int
+        Number of joints.
+
+    Raises
+    ------
+    InvalidInputError
+        If the number is wrong, or a pair is reversed or not made of numbers.
+    """
+
+    def __init__(self, limits: Limits, n: int) -> None:
+        given = [None] * n if limits is None else limits
+        if isinstance(given, str) or not hasattr(given, "__len__") or len(given) != n:
+            raise InvalidInputError("limits", f"needs one entry per joint, {n}", "write null for a free joint", limits)
+        lower, upper = np.full(n, -np.inf), np.full(n, np.inf)
+        for j, pair in enumerate(given):
+            if pair is None:
+                continue
+            field = f"limits.{j}"
+            if contains_text(pair) or not hasattr(pair, "__len__") or len(pair) != 2:
+                raise InvalidInputError(field, "is not a pair", "write [lower, upper] or null", pair)
+            low, high = pair
+            lower[j] = -np.inf if low is None or low == -np.inf else number(field, low, -LARGEST)
+            upper[j] = np.inf if high is None or high == np.inf else number(field, high, -LARGEST)
+            if lower[j] > upper[j]:
+                raise InvalidInputError(field, "is reversed", "write the lower limit first", pair)
+        self.lower = read_only(lower)
+        self.upper = read_only(upper)
+
+    def __repr__(self) -> str:
+        return f"JointLimits({self.as_list()})"
+
+    def as_list(self) -> list[list[float | None] | None]:
+        """Return the limits as a problem file writes them."""
+        ends = [
+            [float(v) if np.isfinite(v) else None for v in pair]
+            for pair in zip(self.lower, self.upper, strict=True)
+        ]
+        return [None if pair == [None, None] else pair for pair in ends]
+
+    @property
+    def limited(self) -> BoolArray:
+        """Which joints have a limit, shape (n,)."""
+        return np.isfinite(self.lower) | np.isfinite(self.upper)
+
+    def margin(self, q: ArrayLike) -> FloatArray:
+        """Return the signed distance of each joint to its nearest limit, the angle taken as it stands.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., n)
+
+        Returns
+        -------
+        array, shape (..., n)
+            Positive inside, infinite for free joints [rad].
+        """
+        angles = np.asarray(q, dtype=float)
+        return np.minimum(angles - self.lower, self.upper - angles)
+
+    def excess(self, q: ArrayLike) -> FloatArray:
+        """Return by how much each joint misses its limits when whole turns are free.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., n)
+
+        Returns
+        -------
+        array, shape (..., n)
+            Zero where some q + 2πk is inside the limits [rad].
+        """
+        angles = np.asarray(q, dtype=float)
+        both = np.isfinite(self.lower) & np.isfinite(self.upper)
+        lower, upper = np.where(both, self.lower, -np.inf), np.where(both, self.upper, np.inf)
+        middle = 0.5 * (np.where(both, self.lower, 0.0) + np.where(both, self.upper, 0.0))
+        near = angles - TAU * np.rint((angles - middle) / TAU)
+        return np.maximum(np.maximum(lower - near, near - upper), 0.0)
+
+    def lift(self, q: FloatArray, start: ArrayLike | None = None) -> Lifted:
+        """Make sampled motions continuous and choose each joint's number of turns.
+
+        Parameters
+        ----------
+        q : array, shape (p, k, n)
+            p motions of k samples with joints modulo 2π; consecutive samples must differ by less than π.
+            Changed in place.
+        start : array_like, shape (n,), optional
+            Posture that the motions start from; without it each limited joint is moved by the number of turns
+            that leaves it least outside, and a free joint starts in [−π, π].
+
+        Returns
+        -------
+        Lifted
+        """
+        low, high = np.empty((len(q), q.shape[2])), np.empty((len(q), q.shape[2]))
+        unwrap(q, low, high)
+        if start is not None:
+            turns = np.rint((np.asarray(start, dtype=float) - q[:, 0]) / TAU)
+        else:
+            turns = self._turns(low, high)
+        q += TAU * turns[:, None, :]
+        low += TAU * turns
+        high += TAU * turns
+        return Lifted(q, np.maximum(self.lower - low, 0.0) + np.maximum(high - self.upper, 0.0))
+
+    def _turns(self, low: FloatArray, high: FloatArray) -> FloatArray:
+        below, above = np.isfinite(self.lower), np.isfinite(self.upper)
+        with np.errstate(invalid="ignore"):
+            centred = np.rint((self.lower + self.upper - low - high) / (2 * TAU))
+            raised = np.maximum(np.ceil((self.lower - low) / TAU), 0.0)
+            lowered = np.minimum(np.floor((self.upper - high) / TAU), 0.0)
+        return np.where(below & above, centred, np.where(below, raised, np.where(above, lowered, 0.0)))

@@ -1,0 +1,296 @@
+"""Planar arms with any number of links, in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from selfmotion._checks import LARGEST, choice, finite_array, number, read_only
+from selfmotion._types import BoolArray, FloatArray, Limits, Vector
+from selfmotion.arms._kernels import TAU, planar_ik, planar_rates
+from selfmotion.arms.limits import JointLimits
+from selfmotion.arms.planar_self_motion import PlanarLine, PlanarSelfMotion
+from selfmotion.errors import InvalidInputError
+
+MAX_LINKS = 1000
+# Distance beyond reach that rounding of x alone explains; postures within it are stretched onto the fold.
+_REACH_ROUNDING = 1e-13
+_SIGNS = (1.0, -1.0)
+
+
+class PlanarArm:
+    """A planar serial arm of revolute joints with its base at the origin.
+
+    Parameters
+    ----------
+    links : array_like, shape (n,)
+        Link lengths, n ≥ 3, all positive, in any one unit of length.
+    limits : sequence, optional
+        Per joint ``None`` or ``(lower, upper)`` [rad]; see :class:`~selfmotion.arms.limits.JointLimits`.
+    direction : float, optional
+        Absolute direction that the last link must keep [rad]. It takes one degree of redundancy away, and
+        needs n ≥ 4.
+
+    Attributes
+    ----------
+    n : int
+        Number of joints.
+    n_u : int
+        Degree of redundancy, ``n − 2``, one less with a fixed direction.
+    branches : tuple of str
+        ``("positive", "negative")``: the sign of sin θ2.
+
+    Raises
+    ------
+    InvalidInputError
+        If there are too few links, or one is not a positive number.
+
+    Notes
+    -----
+    The redundancy vector u holds the absolute directions of links 3…n (of 3…n−1 with a fixed direction).
+    ``w = x − Σ_{j≥3} l_j e(u_j)`` is the target of the first two links, which reach it in two ways, and the other joints
+    are differences of absolute directions. For n = 3 these are (2)–(7) of the seed's paper with u = θ_g (its
+    ``l_1`` in (2) meaning ``l_3``). Formulas: docs/mathematics.
+    """
+
+    kind = "planar"
+    branches = ("positive", "negative")
+
+    def __init__(self, links: Vector, limits: Limits = None, direction: float | None = None) -> None:
+        self.links = read_only(finite_array("links", links, 1))
+        self.n = len(self.links)
+        least = 3 if direction is None else 4
+        if not least <= self.n <= MAX_LINKS:
+            why = "" if direction is None else " when the last link keeps a direction"
+            raise InvalidInputError("links", f"has {self.n} entries", f"give {least} to {MAX_LINKS}{why}", links)
+        for j, length in enumerate(self.links):
+            if not 1 / LARGEST <= length:
+                raise InvalidInputError(f"links.{j}", "must be greater than zero", "give a length", float(length))
+        self.limits = JointLimits(limits, self.n)
+        self.direction = None if direction is None else number("direction", direction, -1e3, 1e3)
+        self.n_u = self.n - 2 - (self.direction is not None)
+
+    def __repr__(self) -> str:
+        extra = "" if self.direction is None else f", direction={self.direction!r}"
+        return f"PlanarArm(links={self.links.tolist()}, limits={self.limits.as_list()}{extra})"
+
+    @property
+    def reach(self) -> float:
+        """Sum of the link lengths."""
+        return float(self.links.sum())
+
+    @property
+    def annulus(self) -> tuple[FloatArray, float, float]:
+        """Centre, inner and outer radius of what the tool can reach when no joint is limited."""
+        links, center = self.links, np.zeros(2)
+        if self.direction is not None:
+            center = links[-1] * np.array([np.cos(self.direction), np.sin(self.direction)])
+            links = links[:-1]
+        outer = float(links.sum())
+        return center, max(0.0, 2 * float(links.max()) - outer), outer
+
+    def branch_index(self, branch: int | str) -> int:
+        """Return the index of a branch given by name or index."""
+        if isinstance(branch, str):
+            return self.branches.index(choice("branch", branch, self.branches))
+        if branch not in (0, 1):
+            raise InvalidInputError("branch", "is not known", "use 0 (positive) or 1 (negative)", branch)
+        return int(branch)
+
+    def forward(self, q: ArrayLike) -> FloatArray:
+        """Return the tool position.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., n)
+            Joint angles [rad].
+
+        Returns
+        -------
+        array, shape (..., 2)
+            ``Σ l_i e(θ_1 + … + θ_i)``, equation (1d).
+        """
+        phi = np.cumsum(self._joints(q), axis=-1)
+        return np.stack([np.cos(phi) @ self.links, np.sin(phi) @ self.links], axis=-1)
+
+    def joint_positions(self, q: ArrayLike) -> FloatArray:
+        """Return the base, every joint and the tool as points, shape (..., n + 1, 2)."""
+        phi = np.cumsum(self._joints(q), axis=-1)
+        steps = self.links[:, None] * np.stack([np.cos(phi), np.sin(phi)], axis=-1)
+        base = np.zeros((*phi.shape[:-1], 1, 2))
+        return np.concatenate([base, np.cumsum(steps, axis=-2)], axis=-2)
+
+    def jacobian(self, q: ArrayLike) -> FloatArray:
+        """Return ∂x/∂q, shape (..., 2, n); with a fixed direction a third row of ones, ∂(direction)/∂q."""
+        points = self.joint_positions(q)
+        lever = points[..., -1:, :] - points[..., :-1, :]
+        rows = [-lever[..., 1], lever[..., 0]]
+        if self.direction is not None:
+            rows.append(np.ones_like(lever[..., 0]))
+        return np.stack(rows, axis=-2)
+
+    def manipulability(self, q: ArrayLike) -> FloatArray:
+        """Return Yoshikawa's √det(J Jᵀ), shape (...); zero at singular postures."""
+        jacobian = self.jacobian(q)
+        return np.sqrt(np.maximum(np.linalg.det(jacobian @ np.swapaxes(jacobian, -1, -2)), 0.0))
+
+    def solve(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, BoolArray]:
+        """Solve the inverse kinematics.
+
+        Parameters
+        ----------
+        x : array_like, shape (..., 2)
+            Tool positions.
+        u : array_like, shape (..., n_u)
+            Redundancy vectors [rad]; leading dimensions broadcast against those of `x`.
+        branch : {0, 1, "positive", "negative"}
+            Sign of sin θ2.
+
+        Returns
+        -------
+        q : array, shape (..., n)
+            Joint angles in [−π, π]. Out of reach, the first two links point at their target.
+        ok : array of bool, shape (...)
+            Whether the target is in reach. Joint limits are not looked at.
+
+        Raises
+        ------
+        InvalidInputError
+            If shapes do not fit.
+        """
+        shape, points, directions = self._flat(x, u)
+        q, margin = self._solve(points, directions, self.branch_index(branch))
+        return q.reshape(*shape, self.n), (margin >= -_REACH_ROUNDING * self.reach).reshape(shape)
+
+    def solve_with_margin(
+        self, x: ArrayLike, u: ArrayLike, branch: int | str = 0
+    ) -> tuple[FloatArray, FloatArray]:
+        """Like :meth:`solve`, with the signed distance to the limit of reach instead of a verdict."""
+        shape, points, directions = self._flat(x, u)
+        q, margin = self._solve(points, directions, self.branch_index(branch))
+        return q.reshape(*shape, self.n), margin.reshape(shape)
+
+    def reach_margin(self, x: ArrayLike, u: ArrayLike) -> FloatArray:
+        """Return the signed distance of |w| to [|l1 − l2|, l1 + l2], shape (...); negative out of reach."""
+        return self.solve_with_margin(x, u)[1]
+
+    def rates(
+        self, x: ArrayLike, dx: ArrayLike, u: ArrayLike, du: ArrayLike, branch: int | str = 0
+    ) -> FloatArray:
+        """Return the joint rates that go with the rates of tool and redundancy vector.
+
+        Parameters
+        ----------
+        x, dx : array_like, shape (..., 2)
+        u, du : array_like, shape (..., n_u)
+        branch : {0, 1, "positive", "negative"}
+
+        Returns
+        -------
+        array, shape (..., n)
+            Infinite or NaN exactly at a fold, sin θ2 = 0.
+        """
+        shape, points, directions = self._flat(x, u)
+        _, speeds, turning = self._flat(np.broadcast_to(dx, (*shape, 2)), np.broadcast_to(du, (*shape, self.n_u)))
+        if self.direction is not None:
+            turning[:, -1] = 0.0
+        dq = np.empty((len(points), self.n))
+        planar_rates(self.links, points, speeds, directions, turning, _SIGNS[self.branch_index(branch)], dq)
+        return dq.reshape(*shape, self.n)
+
+    def derivative(
+        self, x: ArrayLike, u: ArrayLike, branch: int | str = 0
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the partial derivatives of :meth:`solve`.
+
+        Parameters
+        ----------
+        x : array_like, shape (..., 2)
+        u : array_like, shape (..., n_u)
+        branch : {0, 1, "positive", "negative"}
+
+        Returns
+        -------
+        dq_du : array, shape (..., n, n_u)
+        dq_dx : array, shape (..., n, 2)
+            Infinite or NaN exactly at a fold.
+        """
+        still_x, still_u = np.zeros(2), np.zeros(self.n_u)
+        by_u = [self.rates(x, still_x, u, unit, branch) for unit in np.eye(self.n_u)]
+        by_x = [self.rates(x, unit, u, still_u, branch) for unit in np.eye(2)]
+        return np.stack(by_u, axis=-1), np.stack(by_x, axis=-1)
+
+    def margins(self, q: ArrayLike) -> FloatArray:
+        """Return the signed distance to every constraint, shape (..., n): the joint limits."""
+        return self.limits.margin(self._joints(q))
+
+    def u_of(self, q: ArrayLike) -> FloatArray:
+        """Return the redundancy vector of a posture, in [−π, π], shape (..., n_u)."""
+        phi = np.cumsum(self._joints(q), axis=-1)[..., 2 : 2 + self.n_u]
+        return phi - TAU * np.rint(phi / TAU)
+
+    def branch_of(self, q: ArrayLike) -> FloatArray:
+        """Return the branch index of a posture, shape (...): 0 where sin θ2 ≥ 0."""
+        return np.where(np.sin(self._joints(q)[..., 1]) >= 0, 0, 1)
+
+    def line(self, u0: ArrayLike, direction: ArrayLike) -> PlanarLine:
+        """Return the one-parameter self-motion u(s) = u0 + s·direction.
+
+        Parameters
+        ----------
+        u0, direction : array_like, shape (n_u,)
+
+        Returns
+        -------
+        PlanarLine
+            A :class:`PlanarSelfMotion`, with closed-form breakpoints, if the arm has one redundant degree.
+        """
+        origin = finite_array("u0", u0, 1, self.n_u)
+        along = finite_array("direction", direction, 1, self.n_u)
+        if not along.any():
+            raise InvalidInputError("direction", "is zero", "say in which direction u moves", direction)
+        return PlanarLine(self, origin, along)
+
+    def self_motion(self) -> PlanarSelfMotion:
+        """Return the self-motion of an arm with one redundant degree.
+
+        Raises
+        ------
+        InvalidInputError
+            If the arm has another degree of redundancy.
+        """
+        if self.n_u != 1:
+            raise InvalidInputError(
+                "arm",
+                f"has {self.n_u} redundant degrees of freedom; the angle domain needs exactly one",
+                "use 3 links, or 4 and a fixed direction of the last",
+            )
+        return PlanarSelfMotion(self)
+
+    def _solve(self, points: FloatArray, directions: FloatArray, branch: int) -> tuple[FloatArray, FloatArray]:
+        q, margin = np.empty((len(points), self.n)), np.empty(len(points))
+        planar_ik(self.links, points, directions, _SIGNS[branch], q, margin)
+        return q, margin
+
+    def _joints(self, q: ArrayLike) -> FloatArray:
+        angles = np.asarray(q, dtype=float)
+        if angles.ndim < 1 or angles.shape[-1] != self.n:
+            raise InvalidInputError("q", f"has shape {angles.shape}", f"give (..., {self.n}), one angle per joint")
+        return angles
+
+    def _flat(self, x: ArrayLike, u: ArrayLike) -> tuple[tuple[int, ...], FloatArray, FloatArray]:
+        """Return the common leading shape, and x and the directions of links 3…n as (k, ·) arrays."""
+        points, directions = np.asarray(x, dtype=float), np.asarray(u, dtype=float)
+        if points.ndim < 1 or points.shape[-1] != 2:
+            raise InvalidInputError("x", f"has shape {points.shape}", "give points of shape (..., 2)")
+        if directions.ndim < 1 or directions.shape[-1] != self.n_u:
+            raise InvalidInputError(
+                "u", f"has shape {directions.shape}", f"give (..., {self.n_u}), one direction per redundant degree"
+            )
+        shape = np.broadcast_shapes(points.shape[:-1], directions.shape[:-1])
+        full = np.empty((*shape, self.n - 2))
+        full[..., : self.n_u] = directions
+        if self.direction is not None:
+            full[..., -1] = self.direction
+        flat_x = np.ascontiguousarray(np.broadcast_to(points, (*shape, 2)).reshape(-1, 2))
+        return shape, flat_x, full.reshape(-1, self.n - 2)

@@ -1,0 +1,122 @@
+"""All that domains and planners know of an arm, batched on arrays and free of hidden state."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+from numpy.typing import ArrayLike
+
+from selfmotion._types import BoolArray, FloatArray
+from selfmotion.arms.limits import JointLimits
+
+
+class Cause(NamedTuple):
+    """Why a breakpoint of the self-motion stands where it stands.
+
+    Attributes
+    ----------
+    kind : str
+        ``"fold"`` (two branches meet), ``"lower limit"``, ``"upper limit"`` or ``"marker"`` (nothing happens
+        there in general; a singular posture may).
+    joint : int
+        The joint concerned, counted from 0; −1 for markers.
+    """
+
+    kind: str
+    joint: int
+
+
+class Breakpoints(NamedTuple):
+    """Where along a self-motion its feasibility may change, for k poses at once.
+
+    Attributes
+    ----------
+    u : array, shape (k, m)
+        Parameter values [rad], NaN where a column has no solution.
+    on_branch : array of bool, shape (k, m, b)
+        The branches that the point belongs to; folds belong to several.
+    q : array, shape (k, m, n)
+        The posture there, exact on the constraint that causes it; NaN where not unique.
+    causes : tuple of Cause, length m
+        One per column.
+    """
+
+    u: FloatArray
+    on_branch: BoolArray
+    q: FloatArray
+    causes: tuple[Cause, ...]
+
+
+@runtime_checkable
+class SelfMotion(Protocol):
+    """An arm with one redundant degree of freedom, seen from its parameter u.
+
+    ``pose`` makes the constants of task points; what is in them is the arm's business. Between the
+    breakpoints of a branch every constraint either holds throughout or fails throughout.
+    """
+
+    n: int
+    branches: tuple[str, ...]
+    u_range: tuple[float, float]
+    periodic: bool
+    limits: JointLimits
+
+    @property
+    def wraps(self) -> BoolArray:
+        """Which joints are full turns, shape (n,)."""
+        ...
+
+    def pose(self, x: ArrayLike) -> Any:
+        """Return the constants of task points `x`, shape (k, 2)."""
+        ...
+
+    def solve(self, pose: Any, u: ArrayLike, branch: int) -> tuple[FloatArray, BoolArray]:
+        """Return postures (k, m, n) and whether they reach, for parameters `u` (k, m)."""
+        ...
+
+    def breakpoints(self, pose: Any) -> Breakpoints:
+        """Return where feasibility may change."""
+        ...
+
+
+@runtime_checkable
+class RedundantArm(Protocol):
+    """An arm with any number of redundant degrees of freedom."""
+
+    n: int
+    n_u: int
+    branches: tuple[str, ...]
+    limits: JointLimits
+
+    @property
+    def reach(self) -> float:
+        """Largest distance of the tool from the base."""
+        ...
+
+    def forward(self, q: ArrayLike) -> FloatArray:
+        """Return the tool position, shape (..., 2)."""
+        ...
+
+    def solve(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, BoolArray]:
+        """Return the posture and whether it reaches."""
+        ...
+
+    def reach_margin(self, x: ArrayLike, u: ArrayLike) -> FloatArray:
+        """Return the signed distance to the limit of reach."""
+        ...
+
+    def rates(self, x: ArrayLike, dx: ArrayLike, u: ArrayLike, du: ArrayLike, branch: int | str = 0) -> FloatArray:
+        """Return the joint rates that go with the rates of x and u."""
+        ...
+
+    def derivative(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, FloatArray]:
+        """Return ∂q/∂u and ∂q/∂x."""
+        ...
+
+    def margins(self, q: ArrayLike) -> FloatArray:
+        """Return the signed distance to every constraint."""
+        ...
+
+    def line(self, u0: ArrayLike, direction: ArrayLike) -> Any:
+        """Return the self-motion along u0 + s·direction."""
+        ...

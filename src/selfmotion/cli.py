@@ -1,0 +1,289 @@
+"""The command line. Everything heavy is imported inside the commands: ``--help`` answers at once."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+
+from selfmotion._version import __version__
+from selfmotion.errors import InfeasibleError, InvalidInputError, SelfMotionError
+
+if TYPE_CHECKING:
+    from selfmotion.optimizers import Progress
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    help="Plan continuous joint motions for kinematically redundant robot arms.",
+)
+
+ProblemArgument = Annotated[str, typer.Argument(metavar="PROBLEM", help="Problem file, YAML or JSON.")]
+OutOption = Annotated[str | None, typer.Option("--out", metavar="DIR", help="Folder to write results to.")]
+ForceOption = Annotated[bool, typer.Option("--force", help="Replace files that selfmotion did not write.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+SeedOption = Annotated[int | None, typer.Option("--seed", metavar="N", help="Seed of the random numbers.")]
+
+
+@app.callback(invoke_without_command=True)
+def _top(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
+    if version:
+        print(__version__)
+        raise typer.Exit(0)
+
+
+@app.command()
+def plan(
+    problem: ProblemArgument,
+    out: OutOption = None,
+    as_json: JsonOption = False,
+    seed: SeedOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Plan a joint motion; --out writes plan.json, trajectory.csv and figures."""
+    from selfmotion.exchange import OutputFolder, load_problem, trajectory_csv
+
+    case, planner = load_problem(problem)
+    if planner is None:
+        raise InvalidInputError("planner", "is missing", "add planner: {kind: sinusoid, …}", source=problem)
+    folder = None if out is None else OutputFolder(out, force)
+    if folder is not None:
+        from selfmotion.plot import plan_figure_names
+
+        folder.check(["plan.json", "trajectory.csv", *plan_figure_names(case.arm.n_u)])
+    try:
+        if seed is not None:
+            planner = planner.with_seed(seed)
+        with _progress("planning") as report:
+            result = planner.plan(case, report)
+    except InvalidInputError as error:
+        raise error.inside(source=problem) from None
+    summary = result.summary()
+    if folder is not None:
+        from selfmotion.plot import plan_figures
+
+        files = {"plan.json": _json(summary).encode(), "trajectory.csv": trajectory_csv(result)}
+        folder.write(files | plan_figures(result))
+    if as_json:
+        print(_json(summary), end="")
+        return
+    print(_verdict(summary))
+    if out is not None:
+        print(f"written to {out}")
+
+
+@app.command()
+def domain(
+    problem: ProblemArgument,
+    out: Annotated[str, typer.Option("--out", metavar="DIR", help="Folder to write the picture to.")],
+    as_json: JsonOption = False,
+    force: ForceOption = False,
+) -> None:
+    """Draw the angle domain: every feasible posture along the path, per elbow."""
+    from selfmotion.domain import angle_domain, blocked_stretches
+    from selfmotion.exchange import OutputFolder, load_problem
+    from selfmotion.plot import draw_domain, figure, image_files
+
+    case, _ = load_problem(problem)
+    folder = OutputFolder(out, force)
+    names = ["domain.png", "domain.svg", "domain.json"]
+    folder.check(names)
+    try:
+        feasible = angle_domain(case.arm, case.path)
+    except InvalidInputError as error:
+        raise error.inside(source=problem) from None
+    blocked = blocked_stretches(case.arm, case.path, case.samples, case.branches)
+    sampled = feasible.sample(case.rows)
+    elbows = {
+        case.arm.branches[branch]: [sampled[branch].interval_set(k).intervals.tolist() for k in range(len(case.rows))]
+        for branch in case.branches
+    }
+    with figure(width=3.5 * len(elbows), columns=len(elbows)) as (canvas, axes):
+        for branch, one in zip(case.branches, axes, strict=True):
+            draw_domain(one, feasible, branch)
+        files = image_files("domain", canvas)
+    result = {
+        "status": "infeasible" if blocked else "solved",
+        "blocked": [_blocked(part) for part in blocked] or None,
+        "version": __version__,
+    }
+    files["domain.json"] = _json({**result, "r": case.rows.tolist(), "u": elbows}).encode()
+    folder.write(files)
+    if as_json:
+        print(_json(result), end="")
+    else:
+        print(f"angle domain with {' and '.join(elbows)} elbow at {len(case.rows)} places, written to {out}")
+        for part in blocked:
+            print(f"nothing is feasible for r in [{part.r[0]:.6g}, {part.r[1]:.6g}]: {part.cause}")
+
+
+@app.command()
+def reproduce(
+    out: Annotated[str, typer.Option("--out", metavar="DIR", help="Folder to write the report to.")] = "out",
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Seed of every optimizer.", min=0)] = 1,
+    force: ForceOption = False,
+) -> None:
+    """Run the seed paper's 3R study; write its tables and figures, printed beside computed."""
+    from selfmotion.exchange import OutputFolder
+    from selfmotion.report import FILES
+    from selfmotion.report import reproduce as run
+
+    folder = OutputFolder(out, force)
+    folder.check(FILES)
+    command = shlex.join(["selfmotion", "reproduce", "--out", out, "--seed", str(seed)])
+    with _progress("reproducing") as report:
+        files = run(seed, command, report)
+    folder.write(files)
+    print(f"report: {os.path.join(out, 'report.md')}")
+
+
+@app.command()
+def verify(
+    problem: ProblemArgument,
+    trajectory: Annotated[str, typer.Argument(metavar="TRAJECTORY", help="CSV with columns r, q1, …, qn.")],
+    as_json: JsonOption = False,
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", help="Tool off the path at a row, as a part of the reach.")
+    ] = 1e-6,
+    tolerance_between: Annotated[
+        float, typer.Option("--tolerance-between", help="The same between rows, on straight joint lines.")
+    ] = 1e-2,
+    max_step: Annotated[float, typer.Option("--max-step", help="Largest joint step between rows [rad].")] = 0.5,
+) -> None:
+    """Judge a motion that anyone made: tracking, limits, continuity, travel. Exit 0: it holds; 1: it does not."""
+    from dataclasses import asdict
+
+    from selfmotion._checks import positive
+    from selfmotion.exchange import load_problem, read_trajectory
+    from selfmotion.verification import Tolerances, judge
+
+    allowed = Tolerances(
+        positive("--tolerance", tolerance),
+        positive("--tolerance-between", tolerance_between),
+        step=positive("--max-step", max_step),
+    )
+    case, _ = load_problem(problem)
+    motion = read_trajectory(trajectory, case.arm.n)
+    verdict = judge(case, motion.r, motion.q, allowed)
+    if as_json:
+        status = {"status": "holds" if verdict.holds else "broken"}
+        print(_json({**status, **asdict(verdict), "rows": len(motion.r), "version": __version__}), end="")
+    elif verdict.holds:
+        print(f"the motion holds: travel {verdict.cost_sampled:.9g}, tracking {verdict.max_tracking_error:.2g}")
+    else:
+        print("the motion does not hold:")
+        for failure in verdict.failures:
+            print(f"  {failure}")
+    raise typer.Exit(0 if verdict.holds else 1)
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of problem files."""
+    from selfmotion.exchange.schema import json_schema
+
+    print(_json(json_schema()), end="")
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run the command line and exit: 0 solved, 2 bad input, 3 proved infeasible, 4 neither."""
+    sys.exit(_run(list(sys.argv[1:] if arguments is None else arguments)))
+
+
+def _run(arguments: list[str]) -> int:
+    command = typer.main.get_command(app)
+    try:
+        code = command.main(args=arguments, prog_name="selfmotion", standalone_mode=False)
+        sys.stdout.flush()
+        return code if isinstance(code, int) else 0
+    except SelfMotionError as error:
+        return _report_error(error, "--json" in arguments)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except (KeyboardInterrupt, typer.Abort):
+        print("selfmotion: interrupted", file=sys.stderr)
+        return 130
+    except MemoryError:
+        error = InvalidInputError("samples", "needs more memory than there is", "lower samples or population")
+        return _report_error(error, "--json" in arguments)
+    except Exception as error:
+        # The command line's own usage errors; their class has moved between typer's versions.
+        if not hasattr(error, "format_message"):
+            raise
+        text = " ".join(str(error.format_message()).split()).rstrip(".")
+        usage = InvalidInputError("", text, "see selfmotion --help") if text else None
+        return 2 if usage is None else _report_error(usage, "--json" in arguments)
+
+
+def _report_error(error: SelfMotionError, as_json: bool) -> int:
+    """Print one line on stderr, and with --json the result object; return the exit code."""
+    if as_json:
+        from selfmotion.plans import result_object
+
+        blocked = [_blocked(part) for part in error.blocked] if isinstance(error, InfeasibleError) else None
+        details = {
+            "message": error.message,
+            "remedy": error.remedy,
+            "file": getattr(error, "source", None),
+            "field": getattr(error, "field", None),
+        }
+        print(_json(result_object(status=error.status, blocked=blocked, error=details)), end="")
+    print("selfmotion: " + " ".join(str(error).split()), file=sys.stderr)
+    return error.exit_code
+
+
+def _blocked(part: Any) -> dict[str, Any]:
+    return {"r": list(part.r), "cause": part.cause, "short_by": part.short_by}
+
+
+def _verdict(summary: dict[str, Any]) -> str:
+    chosen = ", ".join(
+        f"{name} = {value:.6g}" for name, value in summary["parameters"].items() if isinstance(value, float)
+    )
+    margin = summary["min_limit_margin"]
+    error = "unknown" if summary["cost_error"] is None else f"{summary['cost_error']:.0e}"
+    return "\n".join(
+        [
+            f"solved: cost {summary['cost']:.9g} (error {error}), {summary['cost_sampled']:.9g} as a chord sum",
+            f"  {summary['planner']}, {chosen}, {summary['parameters']['elbow']} elbow; "
+            f"{summary['evaluations']} evaluations in {summary['wall_time_s']:.2f} s",
+            f"  tool within {summary['max_tracking_error']:.1e} of the path, largest joint step "
+            f"{summary['max_joint_step']:.3g} rad, "
+            + ("no joint is limited" if margin is None else f"{margin:.4g} rad from the nearest limit"),
+        ]
+    )
+
+
+def _json(value: Any) -> str:
+    return json.dumps(value, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+@contextmanager
+def _progress(title: str) -> Iterator[Progress | None]:
+    """Give a progress callback that draws on a terminal; None, and silence, when piped."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = [TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeRemainingColumn()]
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(title, total=None, best="")
+
+        def report(done: int, total: int, best: float) -> None:
+            bar.update(task, completed=done, total=total, best=f"best {best:.6g}")
+
+        yield report
+
+
+__all__ = ["app", "main"]

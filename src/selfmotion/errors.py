@@ -1,0 +1,148 @@
+"""The errors of selfmotion: each carries its data and says what to do.
+
+Every error that a user can cause is a :class:`SelfMotionError`; ``exit_code`` is what the
+command line returns for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+
+class SelfMotionError(Exception):
+    """Anything selfmotion refuses or cannot do.
+
+    Parameters
+    ----------
+    message : str
+        What is wrong, in one line.
+    remedy : str, optional
+        What to do about it, in one line.
+    """
+
+    status = "unknown"
+    exit_code = 4
+
+    def __init__(self, message: str, remedy: str = "") -> None:
+        self.message = message
+        self.remedy = remedy
+        super().__init__(message)
+
+    def __str__(self) -> str:
+        return f"{self.message}; {self.remedy}" if self.remedy else self.message
+
+
+class InvalidInputError(SelfMotionError, ValueError):
+    """A value that cannot mean what was asked.
+
+    Parameters
+    ----------
+    field : str
+        Dotted name of the offending field, such as ``path.control_points``.
+    reason : str
+        What is wrong with it.
+    remedy : str
+        What to write instead.
+    value : object, optional
+        The offending value; shown shortened.
+    source : str, optional
+        The file it came from.
+    """
+
+    status = "error"
+    exit_code = 2
+
+    def __init__(
+        self, field: str, reason: str, remedy: str = "", value: Any = None, source: str | None = None
+    ) -> None:
+        self.field = field
+        self.reason = reason
+        self.value = value
+        self.source = source
+        shown = "" if value is None else f" (got {shorten(value)})"
+        where = ": ".join(part for part in (source, field) if part)
+        super().__init__(f"{where}: {reason}{shown}" if where else f"{reason}{shown}", remedy)
+
+    def inside(self, prefix: str = "", source: str | None = None) -> InvalidInputError:
+        """Return the same error one level further out: below field `prefix`, in file `source`."""
+        field = ".".join(part for part in (prefix, self.field) if part)
+        return type(self)(field, self.reason, self.remedy, self.value, source or self.source)
+
+
+class MissingExtraError(InvalidInputError):
+    """A feature whose optional dependency is not installed."""
+
+
+@dataclass(frozen=True)
+class Blocked:
+    """A stretch of the path on which no posture exists.
+
+    Attributes
+    ----------
+    r : tuple of float
+        First and last path parameter of the stretch.
+    cause : str
+        ``"out of reach"`` or ``"joint limits"``.
+    short_by : float or None
+        Largest distance by which the reach falls short there, in the arm's length unit.
+    """
+
+    r: tuple[float, float]
+    cause: str
+    short_by: float | None = None
+
+
+class InfeasibleError(SelfMotionError):
+    """Proved: no continuous motion exists, because the path is blocked.
+
+    Parameters
+    ----------
+    blocked : sequence of Blocked
+        The blocked stretches, in the order of the path.
+    """
+
+    status = "infeasible"
+    exit_code = 3
+
+    def __init__(self, blocked: Sequence[Blocked]) -> None:
+        self.blocked = tuple(blocked)
+        worst = max(self.blocked, key=lambda part: part.r[1] - part.r[0])
+        by = "" if worst.short_by is None else f" by up to {worst.short_by:.6g}"
+        more = "" if len(self.blocked) == 1 else f" (the longest of {len(self.blocked)} such stretches)"
+        remedy = "move the path or the base" if worst.cause == "out of reach" else "widen the limits or move the path"
+        super().__init__(
+            f"no continuous motion exists: {worst.cause}{by} for r in [{worst.r[0]:.6g}, {worst.r[1]:.6g}]{more}",
+            remedy,
+        )
+
+
+class NothingFeasibleError(SelfMotionError):
+    """A search ended without a feasible candidate; this proves nothing.
+
+    Parameters
+    ----------
+    message : str
+        What was searched and how it ended.
+    remedy : str
+        What to change.
+    evaluations : int
+        Candidates that were judged.
+    least_violation : float
+        How far the best of them left the angle domain.
+    """
+
+    def __init__(self, message: str, remedy: str, evaluations: int, least_violation: float) -> None:
+        self.evaluations = evaluations
+        self.least_violation = least_violation
+        super().__init__(message, remedy)
+
+
+def shorten(value: object, width: int = 60) -> str:
+    """Return `value` as text of at most `width` characters on one line."""
+    try:
+        text = " ".join(repr(value)[: 40 * width].split())
+    except ValueError:  # an int too long to print
+        text = "a number of several thousand digits"
+    return text if len(text) <= width else text[: width - 1] + "…"

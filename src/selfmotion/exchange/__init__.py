@@ -1,0 +1,18 @@
+"""Files in and out: problems, trajectories, and the one place that writes to disk."""
+
+from __future__ import annotations
+
+from selfmotion.exchange.files import OutputFolder, read_text
+from selfmotion.exchange.problem_file import ProblemFile, load_problem, problem_from
+from selfmotion.exchange.trajectory import Trajectory, read_trajectory, trajectory_csv
+
+__all__ = [
+    "OutputFolder",
+    "ProblemFile",
+    "Trajectory",
+    "load_problem",
+    "problem_from",
+    "read_text",
+    "read_trajectory",
+    "trajectory_csv",
+]

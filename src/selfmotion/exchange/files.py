@@ -1,0 +1,148 @@
+"""Writing files whole or not at all, and never over somebody else's work."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from selfmotion._version import __version__
+from selfmotion.errors import InvalidInputError
+
+MANIFEST = ".selfmotion.json"
+"""Lists what selfmotion wrote into a folder, with checksums: only that may be replaced unasked."""
+
+
+class OutputFolder:
+    """A folder that results are written to.
+
+    Parameters
+    ----------
+    path : path-like
+        Made when the first file is written.
+    force : bool
+        Whether files that selfmotion did not write, or that were changed since, may be replaced.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], force: bool = False) -> None:
+        self.path = Path(path)
+        self.force = force
+
+    def check(self, names: Iterable[str]) -> None:
+        """Refuse early what :meth:`write` would refuse.
+
+        Raises
+        ------
+        InvalidInputError
+            If the path is not a folder, cannot be written to, or holds a foreign file of one of these names.
+        """
+        try:
+            if self.path.exists() and not self.path.is_dir():
+                raise InvalidInputError("--out", "is not a folder", "name a folder", str(self.path))
+            above = next(folder for folder in (self.path, *self.path.absolute().parents) if folder.exists())
+            if not above.is_dir() or not os.access(above, os.W_OK):
+                raise InvalidInputError("--out", "cannot be written to", "name another folder", str(self.path))
+            known = self._manifest()
+            for name in names:
+                target = self.path / name
+                if self.force or not target.exists():
+                    continue
+                if not target.is_file() or known.get(name) != _checksum(target.read_bytes()):
+                    raise InvalidInputError(
+                        "--out", "holds a file that selfmotion did not write", "add --force to replace it", str(target)
+                    )
+        except (OSError, ValueError) as error:
+            raise _cannot_write(self.path, error) from None
+
+    def write(self, contents: Mapping[str, bytes]) -> list[Path]:
+        """Write files, each whole or not at all.
+
+        Parameters
+        ----------
+        contents : mapping
+            File name to bytes.
+
+        Returns
+        -------
+        list of Path
+            What was written.
+
+        Raises
+        ------
+        InvalidInputError
+            As :meth:`check`, or if the disk refuses.
+        """
+        self.check(contents)
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            manifest = self._manifest()
+            manifest.update({name: _checksum(data) for name, data in contents.items()})
+            record = json.dumps({"generator": f"selfmotion {__version__}", "files": manifest}, indent=1)
+            staged = [(self._stage(data), name) for name, data in contents.items()]
+            staged.append((self._stage(record.encode()), MANIFEST))
+            for temporary, name in staged:
+                os.replace(temporary, self.path / name)
+        except OSError as error:
+            for leftover in self.path.glob(".selfmotion-*.tmp"):
+                leftover.unlink(missing_ok=True)
+            raise _cannot_write(self.path, error) from None
+        return [self.path / name for name in contents]
+
+    def _stage(self, data: bytes) -> Path:
+        handle, name = tempfile.mkstemp(prefix=".selfmotion-", suffix=".tmp", dir=self.path)
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(name, 0o666 & ~_umask())
+        return Path(name)
+
+    def _manifest(self) -> dict[str, str]:
+        try:
+            record = json.loads((self.path / MANIFEST).read_text(encoding="utf-8"))
+            return {str(name): str(checksum) for name, checksum in record["files"].items()}
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            return {}
+
+
+def read_text(file: str | os.PathLike[str], largest: int = 200_000_000) -> str:
+    """Return the text of a UTF-8 file.
+
+    Raises
+    ------
+    InvalidInputError
+        If it cannot be read, is larger than `largest` bytes, or is not text.
+    """
+    path = Path(file)
+    try:
+        if path.is_dir():
+            raise InvalidInputError("", "is a folder", "name a file", source=str(file))
+        if path.stat().st_size > largest:
+            raise InvalidInputError("", f"is larger than {largest} bytes", "is it the right file?", source=str(file))
+        text = path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        raise InvalidInputError("", "does not exist", "check the name", source=str(file)) from None
+    except UnicodeDecodeError:
+        raise InvalidInputError("", "is not a UTF-8 text file", "is it the right file?", source=str(file)) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InvalidInputError("", f"cannot be read ({reason})", "check the file", source=str(file)) from None
+    return text
+
+
+def _cannot_write(path: Path, error: Exception) -> InvalidInputError:
+    reason = getattr(error, "strerror", None) or str(error)
+    return InvalidInputError("--out", f"cannot be written to ({reason})", "name another folder", str(path))
+
+
+def _checksum(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,79 @@
+"""Problem files: YAML (or JSON) in, a problem and its planner out."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, NamedTuple
+
+from selfmotion.errors import InvalidInputError
+from selfmotion.exchange.files import read_text
+from selfmotion.exchange.schema import ProblemForm, build, checked, inside
+from selfmotion.exchange.yaml_text import parse_yaml
+from selfmotion.planners import Planner
+from selfmotion.problem import Problem
+
+_LARGEST = 50_000_000
+
+
+class ProblemFile(NamedTuple):
+    """What a problem file says.
+
+    Attributes
+    ----------
+    problem : Problem
+    planner : Planner or None
+        None if the file names none.
+    """
+
+    problem: Problem
+    planner: Planner | None
+
+
+def load_problem(file: str | os.PathLike[str]) -> ProblemFile:
+    """Read a problem file.
+
+    Parameters
+    ----------
+    file : path-like
+        YAML or JSON; the fields are those of the contract, see docs/problem-file.
+
+    Returns
+    -------
+    ProblemFile
+
+    Raises
+    ------
+    InvalidInputError
+        Naming file, field, value and remedy.
+    """
+    source = os.fspath(file)
+    data = parse_yaml(read_text(file, _LARGEST), source)
+    try:
+        return problem_from(data)
+    except InvalidInputError as error:
+        raise error.inside(source=source) from None
+
+
+def problem_from(data: Any) -> ProblemFile:
+    """Return the problem and planner that parsed data describes; see :func:`load_problem`."""
+    given = checked(ProblemForm, data)
+    path = inside("path", build, "path", data["path"])
+    arm = inside("arm", build, "arm", data["arm"], **_direction(data))
+    planner = inside("planner", build, "planner", data["planner"]) if data.get("planner") is not None else None
+    options = given.model_dump(exclude={"arm", "path", "planner", "obstacles"})
+    for name in ("start", "end"):
+        if options[name] is not None:
+            options[name] = {key: value for key, value in options[name].items() if value is not None}
+    return ProblemFile(Problem(arm, path, **options), planner)
+
+
+def _direction(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the arm's direction argument if the path section holds it, where the contract has it."""
+    direction = data["path"].get("direction")
+    if direction is None:
+        return {}
+    if isinstance(data["arm"], dict) and data["arm"].get("direction") is not None:
+        raise InvalidInputError("path.direction", "is given in the arm too", "leave one of the two out", direction)
+    if isinstance(data["arm"], dict):
+        data["arm"].pop("direction", None)
+    return {"direction": direction}

@@ -1,0 +1,223 @@
+"""The problem file's form, derived from the signatures of the classes it names.
+
+A class that is entered in one of the registries (`PATHS`, `ARMS`, `PLANNERS`, …) can at once be named in a problem file:
+its fields are the parameters of its constructor. Types are checked here, by pydantic; what the values mean is checked
+by the constructors.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from functools import cache
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+
+from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictInt, ValidationError, WithJsonSchema, create_model
+
+from selfmotion._checks import choice
+from selfmotion.arms import ARMS
+from selfmotion.errors import InvalidInputError
+from selfmotion.objectives import OBJECTIVES
+from selfmotion.optimizers import OPTIMIZERS, Optimizer
+from selfmotion.paths import PATHS, Path
+from selfmotion.planners import PLANNERS
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Pair = Annotated[list[Number], Field(min_length=2, max_length=2)]
+LimitPair = Annotated[list[Number | None], Field(min_length=2, max_length=2)]
+
+_BY_MARK = {
+    "vector": list[Number],
+    "point": Pair,
+    "points": list[Pair],
+    "limits": list[LimitPair | None] | None,
+    "box": Pair | list[Pair],
+}
+_SECTIONS: dict[str, Mapping[str, type]] = {
+    "arm": ARMS,
+    "path": PATHS,
+    "planner": PLANNERS,
+    "optimizer": OPTIMIZERS,
+}
+_NESTED = {Path: "path", Optimizer: "optimizer"}
+
+
+def _section(name: str) -> Any:
+    # A mark, not a $ref: pydantic resolves references itself, and these definitions are ours.
+    return Annotated[dict[str, Any], WithJsonSchema({"x-section": name})]
+
+
+class _Form(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+
+class PostureForm(_Form):
+    """``start:`` or ``end:``; one of the two."""
+
+    u: list[Number] | None = None
+    q: list[Number] | None = None
+
+
+class ProblemForm(_Form):
+    """A problem file."""
+
+    arm: _section("arm")  # type: ignore[valid-type]
+    path: _section("path")  # type: ignore[valid-type]
+    start: PostureForm | None = None
+    end: PostureForm | None = None
+    elbow: Literal["any", "positive", "negative"] = "any"
+    cyclic: Literal[False, "exact", "modulo"] = False
+    weights: list[Number] | None = None
+    planner: _section("planner") | None = None  # type: ignore[valid-type]
+    objective: Literal[tuple(OBJECTIVES)] = "joint_travel"  # type: ignore[valid-type]
+    samples: StrictInt = 1000
+    obstacles: Annotated[list[Any], Field(max_length=0)] = []
+
+
+def _field_type(hint: Any) -> Any:
+    """Return the pydantic type for a constructor's parameter."""
+    if get_origin(hint) is Annotated:
+        return _BY_MARK[get_args(hint)[1]]
+    if hint in _NESTED:
+        return _section(_NESTED[hint])
+    if get_origin(hint) is Sequence:
+        return list[_field_type(get_args(hint)[0])]  # type: ignore[misc]
+    if get_origin(hint) is Literal:
+        return hint
+    options = get_args(hint)
+    if options:  # a union
+        result = _field_type(options[0])
+        for option in options[1:]:
+            result = result | (None if option is type(None) else _field_type(option))
+        return result
+    return {float: Number, int: StrictInt, bool: StrictBool, str: str}[hint]
+
+
+@cache
+def form(section: str, kind: str) -> type[BaseModel]:
+    """Return the pydantic model of one kind in one section, such as ("path", "bezier")."""
+    constructor = _SECTIONS[section][kind].__init__  # type: ignore[misc]
+    hints = get_type_hints(constructor, include_extras=True)
+    fields: dict[str, Any] = {"kind": (Literal[kind], ...)}
+    for name, parameter in list(inspect.signature(constructor).parameters.items())[1:]:
+        default = ... if parameter.default is inspect.Parameter.empty else parameter.default
+        fields[name] = (_field_type(hints[name]), list(default) if isinstance(default, tuple) else default)
+    if section == "path":
+        fields["direction"] = (Number | None, None)
+    return create_model(f"{section}_{kind}", __base__=_Form, __doc__=inspect.getdoc(_SECTIONS[section][kind]), **fields)
+
+
+def checked(model: type[BaseModel], data: Any) -> BaseModel:
+    """Validate `data`; the first error becomes one InvalidInputError that names the field."""
+    if not isinstance(data, dict):
+        raise InvalidInputError("", "is not a mapping", "write `name: value` lines", data)
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        problems = error.errors(include_url=False)
+        problem = next((p for p in problems if p["type"] == "extra_forbidden"), problems[0])
+        raise _as_ours(model, problem) from None
+    except RecursionError:
+        raise InvalidInputError("", "is nested too deeply", "write plain data") from None
+
+
+def _as_ours(model: type[BaseModel], problem: Any) -> InvalidInputError:
+    field = ".".join(str(part) for part in problem["loc"] if not _is_union_tag(part))
+    known = [name for name in model.model_fields if name != "kind"]
+    if problem["type"] == "missing":
+        return InvalidInputError(field, "is missing", f"add it; the fields are {', '.join(known)}")
+    if problem["type"] == "extra_forbidden":
+        near = get_close_matches(field, known, 1)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        return InvalidInputError(field, "is not a known field", f"{hint}the fields are {', '.join(known)}")
+    if field.startswith("obstacles"):
+        return InvalidInputError(field, "is not empty, and this version plans without obstacles", "remove them")
+    text = str(problem["msg"])
+    return InvalidInputError(field, text[:1].lower() + text[1:], "correct the value", problem["input"])
+
+
+def _is_union_tag(part: Any) -> bool:
+    """Return whether pydantic put the name of a union's member, not a field, into a location."""
+    return isinstance(part, str) and ("[" in part or part in ("float", "int", "str", "none", "list"))
+
+
+def build(section: str, data: Any, **extra: Any) -> Any:
+    """Make the object that a section of a problem file describes.
+
+    Parameters
+    ----------
+    section : str
+        ``"arm"``, ``"path"``, ``"planner"`` or ``"optimizer"``.
+    data : object
+        The section as parsed.
+    **extra
+        Further constructor arguments.
+
+    Returns
+    -------
+    PlanarArm, Path, Planner or Optimizer
+
+    Raises
+    ------
+    InvalidInputError
+        Naming the field inside the section.
+    """
+    if not isinstance(data, dict):
+        raise InvalidInputError("", "is not a mapping", f"write {section}: {{kind: …}}", data)
+    registry = _SECTIONS[section]
+    if "kind" not in data:
+        raise InvalidInputError("kind", "is missing", f"choose one of {', '.join(registry)}")
+    kind = choice("kind", data["kind"], registry)
+    checked(form(section, kind), data)
+    given = {name: value for name, value in data.items() if name != "kind"}
+    if section == "path":
+        given.pop("direction", None)
+    hints = get_type_hints(registry[kind].__init__, include_extras=True)  # type: ignore[misc]
+    for name, value in given.items():
+        given[name] = _nested(hints[name], name, value)
+    return registry[kind](**given, **extra)
+
+
+def _nested(hint: Any, name: str, value: Any) -> Any:
+    """Build what is inside a section: an optimizer, a path, a list of paths."""
+    if hint in _NESTED:
+        return inside(name, build, _NESTED[hint], value)
+    if get_origin(hint) is Sequence and get_args(hint)[0] in _NESTED:
+        return [
+            inside(f"{name}.{k}", build, _NESTED[get_args(hint)[0]], item) for k, item in enumerate(value)
+        ]
+    return value
+
+
+def inside(field: str, function: Any, *args: Any, **kwargs: Any) -> Any:
+    """Call `function`; an InvalidInputError comes out with `field` before its own."""
+    try:
+        return function(*args, **kwargs)
+    except InvalidInputError as error:
+        raise error.inside(field) from None
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of problem files."""
+    schema = ProblemForm.model_json_schema()
+    definitions = schema.setdefault("$defs", {})
+    for section, registry in _SECTIONS.items():
+        for kind in registry:
+            definitions[f"{section}_{kind}"] = form(section, kind).model_json_schema()
+        definitions[section] = {"oneOf": [{"$ref": f"#/$defs/{section}_{kind}"} for kind in registry]}
+    schema = _with_references(schema)
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "selfmotion problem",
+        **{key: value for key, value in schema.items() if key != "title"},
+    }
+
+
+def _with_references(node: Any) -> Any:
+    """Return the schema with the marks of :func:`_section` turned into references."""
+    if isinstance(node, dict):
+        if "x-section" in node:
+            return {"$ref": f"#/$defs/{node['x-section']}"}
+        return {key: _with_references(value) for key, value in node.items()}
+    return [_with_references(item) for item in node] if isinstance(node, list) else node

@@ -1,0 +1,81 @@
+"""YAML as data only: the YAML 1.2 numbers and booleans, no code, no aliases, no repeated keys."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import yaml
+
+from selfmotion.errors import InvalidInputError
+
+_FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?$|[-+]?\.(?:inf|Inf|INF)$|\.(?:nan|NaN|NAN)$")
+_INT = re.compile(r"[-+]?[0-9]+$")
+_BOOL = re.compile(r"(?:true|True|TRUE|false|False|FALSE)$")
+_NULL = re.compile(r"(?:~|null|Null|NULL|)$")
+
+
+class _Loader(yaml.SafeLoader):
+    """PyYAML's safe loader reads YAML 1.1, where 1e-4 is text and `no` is false; this one reads JSON's numbers."""
+
+    yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        if self.check_event(yaml.events.AliasEvent):
+            mark = self.peek_event().start_mark
+            raise yaml.MarkedYAMLError(problem="aliases are not read", problem_mark=mark)
+        return super().compose_node(parent, index)
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+        seen: set[str] = set()
+        for key, _ in node.value:
+            name = str(key.value)
+            if name in seen:
+                raise yaml.MarkedYAMLError(problem=f"the key {name!r} appears twice", problem_mark=key.start_mark)
+            seen.add(name)
+        return super().construct_mapping(node, deep)
+
+    def construct_int(self, node: Any) -> int | float:
+        text = self.construct_scalar(node)
+        return int(text) if len(text) <= 400 else float(text)
+
+
+for _tag, _pattern, _first in (
+    ("tag:yaml.org,2002:bool", _BOOL, "tTfF"),
+    ("tag:yaml.org,2002:int", _INT, "-+0123456789"),
+    ("tag:yaml.org,2002:float", _FLOAT, "-+.0123456789"),
+    ("tag:yaml.org,2002:null", _NULL, ["~", "n", "N", ""]),
+):
+    _Loader.add_implicit_resolver(_tag, _pattern, list(_first))
+_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_int)
+
+
+def parse_yaml(text: str, source: str) -> Any:
+    """Return the data in YAML (or JSON) text.
+
+    Parameters
+    ----------
+    text : str
+    source : str
+        Name of the file, for messages.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is not YAML, asks for anything beyond plain data, repeats a key or uses aliases.
+    """
+    remedy = "write plain YAML or JSON data"
+    try:
+        return yaml.load(text, Loader=_Loader)  # noqa: S506 (a SafeLoader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        where = f", line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+        problem = " ".join(str(error.problem or error.context or "it cannot be parsed").split())
+        raise InvalidInputError("", f"is not plain YAML: {problem}{where}", remedy, source=source) from None
+    except yaml.YAMLError as error:
+        reason = " ".join(str(error).split())[:120]
+        raise InvalidInputError("", f"is not YAML: {reason}", remedy, source=source) from None
+    except RecursionError:
+        raise InvalidInputError("", "is nested too deeply", remedy, source=source) from None
+    except (ValueError, OverflowError) as error:
+        raise InvalidInputError("", f"holds a value that cannot be read ({error})", remedy, source=source) from None

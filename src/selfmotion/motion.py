@@ -1,0 +1,62 @@
+"""A continuous joint motion along a path: IK of a curve u(r), with its number of turns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from selfmotion._types import FloatArray
+from selfmotion.arms import PlanarArm
+from selfmotion.arms._kernels import TAU
+from selfmotion.paths import Path
+from selfmotion.quadrature import panel_edges
+
+Curve = Callable[[FloatArray, int], FloatArray]
+"""u(r) or du/dr: maps r of shape (k,) and an order, 0 or 1, to shape (k, n_u)."""
+
+
+class Motion:
+    """The joint motion ``θ(r) = IK(x(r), u(r), branch)``.
+
+    Parameters
+    ----------
+    arm : PlanarArm
+    path : Path
+    curve : callable
+        The redundancy vector along the path; see `Curve`.
+    branch : int
+    nodes : int
+        Number of nodes from which the turns are counted; no joint may move by π between two of them.
+    start : array, shape (n,), optional
+        Joint angles at r = 0, which fix the turns; else the joint limits do.
+    """
+
+    def __init__(
+        self, arm: PlanarArm, path: Path, curve: Curve, branch: int, nodes: int, start: FloatArray | None = None
+    ) -> None:
+        self.arm = arm
+        self.path = path
+        self.branch = branch
+        self._curve = curve
+        self._nodes = panel_edges(path.breaks, nodes)
+        principal = arm.solve(path(self._nodes), curve(self._nodes, 0), branch)[0]
+        self._lifted = arm.limits.lift(principal[None], start).q[0]
+
+    def u(self, r: ArrayLike, order: int = 0) -> FloatArray:
+        """Return the redundancy vector or its derivative, shape (..., n_u)."""
+        values = np.asarray(r, dtype=float)
+        return self._curve(values.reshape(-1), order).reshape(*values.shape, self.arm.n_u)
+
+    def __call__(self, r: ArrayLike) -> FloatArray:
+        """Return the joint angles, shape (..., n), turns included [rad]."""
+        values = np.asarray(r, dtype=float)
+        q = self.arm.solve(self.path(values), self.u(values), self.branch)[0]
+        near = np.stack([np.interp(values, self._nodes, joint) for joint in self._lifted.T], axis=-1)
+        return np.asarray(q + TAU * np.rint((near - q) / TAU))
+
+    def rates(self, r: ArrayLike) -> FloatArray:
+        """Return dθ/dr, shape (..., n); infinite or NaN exactly at a fold."""
+        x, dx = self.path(r), self.path(r, 1)
+        return self.arm.rates(x, dx, self.u(r), self.u(r, 1), self.branch)

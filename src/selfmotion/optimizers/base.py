@@ -1,0 +1,236 @@
+"""The one loop that every optimizer runs in, and what an optimizer is.
+
+An optimizer minimises a function on a box and knows nothing of robots. Native ones are ask/tell: `start` makes a state,
+`ask` the next population, `tell` takes its values. Counting, best so far, history and NaN live here, once.
+"""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from selfmotion._checks import finite_array, integer
+from selfmotion._types import Box, FloatArray
+from selfmotion.errors import InvalidInputError
+
+BatchFunction = Callable[[FloatArray], FloatArray]
+Progress = Callable[[int, int, float], None]
+
+INFEASIBLE = 1e150
+"""Values from here on mean "infeasible by value / INFEASIBLE": ordered among themselves, above every cost."""
+
+
+def penalised(cost: FloatArray, violation: FloatArray) -> FloatArray:
+    """Return values that rank every feasible candidate by its cost, below all infeasible ones by their violation."""
+    worst = np.nan_to_num(violation, nan=np.inf, posinf=1e100)
+    return np.where(worst > 0, INFEASIBLE * np.clip(worst, 1e-30, 1e100), cost)
+
+
+@dataclass
+class History:
+    """What happened, generation by generation.
+
+    Attributes
+    ----------
+    best : list of float
+        Best cost so far; NaN while nothing feasible was met.
+    mean : list of float
+        Mean cost of the generation's feasible candidates; NaN without any.
+    feasible : list of int
+        Number of feasible candidates in the generation.
+    evaluations : list of int
+        Evaluations so far.
+    time_s : list of float
+        Wall time so far [s].
+    """
+
+    best: list[float] = field(default_factory=list)
+    mean: list[float] = field(default_factory=list)
+    feasible: list[int] = field(default_factory=list)
+    evaluations: list[int] = field(default_factory=list)
+    time_s: list[float] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Result:
+    """Outcome of a minimisation.
+
+    Attributes
+    ----------
+    x : array, shape (d,)
+        Best candidate met.
+    value : float
+        Its value; from `INFEASIBLE` on nothing feasible was met.
+    history : History
+    population, values : arrays, shape (evaluations, d) and (evaluations,)
+        Every candidate that was judged, in order.
+    """
+
+    x: FloatArray
+    value: float
+    history: History
+    population: FloatArray
+    values: FloatArray
+
+    @property
+    def evaluations(self) -> int:
+        """Number of candidates judged."""
+        return len(self.values)
+
+
+class Recorder:
+    """The objective as optimizers see it: evaluates whole generations and keeps the books."""
+
+    def __init__(self, function: BatchFunction, generations: int, progress: Progress | None = None) -> None:
+        self._function = function
+        self._generations = generations
+        self._progress = progress
+        self._began = time.perf_counter()
+        self.history = History()
+        self.candidates: list[FloatArray] = []
+        self.values: list[FloatArray] = []
+        self.best_x: FloatArray | None = None
+        self.best_value = np.inf
+
+    def __call__(self, population: FloatArray) -> FloatArray:
+        """Evaluate a population, shape (p, d); NaN counts as the worst possible value."""
+        candidates = np.array(population, dtype=float)
+        values = np.asarray(self._function(candidates), dtype=float)
+        values = np.where(np.isnan(values), INFEASIBLE * 1e100, values)
+        least = int(np.argmin(values))
+        if self.best_x is None or values[least] < self.best_value:
+            self.best_x, self.best_value = candidates[least], float(values[least])
+        feasible = values < INFEASIBLE
+        history, done = self.history, len(self.values) + 1
+        history.best.append(self.best_value if self.best_value < INFEASIBLE else np.nan)
+        history.mean.append(float(values[feasible].mean()) if feasible.any() else np.nan)
+        history.feasible.append(int(feasible.sum()))
+        history.evaluations.append(len(values) + (history.evaluations[-1] if done > 1 else 0))
+        history.time_s.append(time.perf_counter() - self._began)
+        self.candidates.append(candidates)
+        self.values.append(values)
+        if self._progress is not None:
+            self._progress(done, self._generations, history.best[-1])
+        return values
+
+    def result(self) -> Result:
+        """Return the outcome so far."""
+        assert self.best_x is not None
+        return Result(
+            self.best_x, self.best_value, self.history, np.vstack(self.candidates), np.concatenate(self.values)
+        )
+
+
+class Optimizer(ABC):
+    """A minimiser on a box with a fixed budget of ``population × iterations`` evaluations.
+
+    Parameters
+    ----------
+    population : int
+        Candidates per generation.
+    iterations : int
+        Generations; each is one batch evaluation.
+    bounds : array_like, shape (2,) or (d, 2)
+        ``(lower, upper)`` for every variable, or one pair per variable.
+    seed : int
+        Seed of the random numbers; the same seed gives the same bits on the same machine.
+
+    Raises
+    ------
+    InvalidInputError
+        If a parameter is out of its range.
+    """
+
+    kind: ClassVar[str]
+    smallest_population: ClassVar[int] = 1
+
+    def __init__(self, population: int = 20, iterations: int = 100, bounds: Box = (0.0, 15.0), seed: int = 0) -> None:
+        self.population = integer("population", population, self.smallest_population, 100_000)
+        self.iterations = integer("iterations", iterations, 1, 1_000_000)
+        self.bounds = np.asarray(bounds)
+        box = finite_array("bounds", bounds, 2 if self.bounds.ndim == 2 else 1, 2)
+        if not (box[..., 0] < box[..., 1]).all():
+            raise InvalidInputError("bounds", "has lower not below upper", "write [lower, upper]", bounds)
+        self.bounds = box
+        self.seed = integer("seed", seed, 0, 2**63 - 1)
+
+    def __repr__(self) -> str:
+        inner = ", ".join(f"{name}={value!r}" for name, value in self.settings().items())
+        return f"{type(self).__name__}({inner})"
+
+    def settings(self) -> dict[str, Any]:
+        """Return what a reader must know to repeat the run."""
+        return {
+            "population": self.population,
+            "iterations": self.iterations,
+            "bounds": self.bounds.tolist(),
+            "seed": self.seed,
+        }
+
+    def box(self, dimension: int) -> tuple[FloatArray, FloatArray]:
+        """Return lower and upper bounds, shape (d,) each."""
+        if self.bounds.ndim == 2 and len(self.bounds) != dimension:
+            raise InvalidInputError(
+                "bounds", f"has {len(self.bounds)} pairs", f"give one pair, or {dimension}", self.bounds.tolist()
+            )
+        box = np.broadcast_to(self.bounds, (dimension, 2))
+        return box[:, 0].copy(), box[:, 1].copy()
+
+    def minimize(self, function: BatchFunction, dimension: int, progress: Progress | None = None) -> Result:
+        """Minimise a function of `dimension` variables.
+
+        Parameters
+        ----------
+        function : callable
+            Maps a population, shape (p, d), to values, shape (p,).
+        dimension : int
+        progress : callable, optional
+            Called after each generation with (done, total, best cost so far).
+
+        Returns
+        -------
+        Result
+        """
+        recorder = Recorder(function, self.iterations, progress)
+        lower, upper = self.box(dimension)
+        self._drive(recorder, lower, upper, np.random.default_rng(self.seed))
+        return recorder.result()
+
+    @abstractmethod
+    def _drive(
+        self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator
+    ) -> None:
+        """Spend the budget."""
+
+
+class AskTell(Optimizer):
+    """An optimizer with explicit state."""
+
+    @abstractmethod
+    def start(self, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> Any:
+        """Return the state before the first generation."""
+
+    @abstractmethod
+    def ask(self, state: Any) -> FloatArray:
+        """Return the population to evaluate next, shape (population, d), inside the box."""
+
+    @abstractmethod
+    def tell(self, state: Any, values: FloatArray) -> None:
+        """Take the values of the population last asked for and move on, changing `state`."""
+
+    def _drive(
+        self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator
+    ) -> None:
+        state = self.start(lower, upper, rng)
+        for _ in range(self.iterations):
+            self.tell(state, evaluate(self.ask(state)))
+
+
+def uniform(rng: np.random.Generator, lower: FloatArray, upper: FloatArray, rows: int) -> FloatArray:
+    """Return `rows` points uniform in the box, shape (rows, d)."""
+    return lower + (upper - lower) * rng.random((rows, len(lower)))

@@ -1,0 +1,93 @@
+"""Particle swarm optimization (Kennedy, Eberhart 1995), as the seed runs it and as it converges (Clerc, Kennedy 2002)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from selfmotion._checks import choice
+from selfmotion._types import Box, FloatArray
+from selfmotion.optimizers.base import AskTell, uniform
+
+# (χ, ω, φ1, φ2) of (23). The seed's φ = 3 has no real χ: it runs undamped.
+_VARIANTS = {
+    "seed": (1.0, 1.0, 1.5, 1.5),
+    "canonical": (0.7298437881283576, 1.0, 2.05, 2.05),
+}
+
+
+@dataclass
+class _State:
+    lower: FloatArray
+    upper: FloatArray
+    rng: np.random.Generator
+    x: FloatArray
+    v: FloatArray
+    p: FloatArray  # each particle's best position
+    p_value: FloatArray
+
+
+class PSO(AskTell):
+    """Particle swarm, equation (23): ``v ← χ(ωv + φ1 β1 (p − x) + φ2 β2 (g − x))``, ``x ← x + v``.
+
+    Parameters
+    ----------
+    population, iterations, bounds, seed
+        See :class:`~selfmotion.optimizers.base.Optimizer`.
+    variant : {"seed", "canonical"}
+        ``seed`` has χ = ω = 1 and φ1 = φ2 = 1.5 as the paper states: the plain, undamped update. ``canonical`` is Clerc
+        and Kennedy's φ1 = φ2 = 2.05 with χ = 2/|2 − φ − √(φ² − 4φ)| = 0.7298.
+    walls : {"absorb", "clip"}
+        A particle that leaves the box is put on its wall; ``absorb`` also stops its velocity across the wall, ``clip``
+        keeps it. For the undamped variant this decides the outcome, so it is part of every result.
+
+    Notes
+    -----
+    β1, β2 are uniform on [0, 1], fresh for each particle and dimension. Positions start uniform in the box,
+    velocities at zero; the best positions p, g are updated after each generation.
+    """
+
+    kind = "pso"
+
+    def __init__(
+        self,
+        population: int = 20,
+        iterations: int = 100,
+        bounds: Box = (0.0, 15.0),
+        seed: int = 0,
+        variant: Literal["seed", "canonical"] = "canonical",
+        walls: Literal["absorb", "clip"] = "absorb",
+    ) -> None:
+        super().__init__(population, iterations, bounds, seed)
+        self.variant = choice("variant", variant, _VARIANTS)
+        self.walls = choice("walls", walls, ("absorb", "clip"))
+
+    def settings(self) -> dict[str, Any]:
+        """Return what a reader must know to repeat the run."""
+        return {**super().settings(), "variant": self.variant, "walls": self.walls}
+
+    def start(self, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> _State:
+        """Return uniform positions at rest."""
+        x = uniform(rng, lower, upper, self.population)
+        return _State(lower, upper, rng, x, np.zeros_like(x), x.copy(), np.full(len(x), np.inf))
+
+    def ask(self, state: _State) -> FloatArray:
+        """Return the particles' positions."""
+        return state.x
+
+    def tell(self, state: _State, values: FloatArray) -> None:
+        """Update the bests, then velocities and positions."""
+        better = values < state.p_value
+        state.p[better], state.p_value[better] = state.x[better], values[better]
+        g = state.p[np.argmin(state.p_value)]
+        chi, omega, phi1, phi2 = _VARIANTS[self.variant]
+        beta1, beta2 = state.rng.random((2, *state.x.shape))
+        state.v = chi * (
+            omega * state.v + phi1 * beta1 * (state.p - state.x) + phi2 * beta2 * (g - state.x)
+        )
+        moved = state.x + state.v
+        state.x = np.clip(moved, state.lower, state.upper)
+        if self.walls == "absorb":
+            state.v = np.where(state.x == moved, state.v, 0.0)

@@ -1,0 +1,64 @@
+"""Rose curves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from selfmotion._checks import finite_array, number, positive, read_only
+from selfmotion._types import FloatArray, Point
+from selfmotion.errors import InvalidInputError
+from selfmotion.paths.base import Path
+
+
+class Rose(Path):
+    """A rose (rhodonea) curve.
+
+    Parameters
+    ----------
+    center : array_like, shape (2,)
+    radius : float
+        Length of a petal, positive.
+    petals : float
+        The k of ``ρ = a cos(kφ)``: an odd k has k petals, an even one 2k.
+    sweep : float
+        Angle φ run through [rad]; π closes an odd rose, 2π an even one.
+    rotation : float
+        Direction of the first petal [rad].
+
+    Raises
+    ------
+    InvalidInputError
+        If the radius is not positive or the sweep is zero.
+
+    Notes
+    -----
+    With ``ρ = a cos(kφ)`` the curve is a sum of two rotations,
+    ``x = c + a/2 (e(rotation + (1+k)φ) + e(rotation + (1−k)φ))``, e(α) the unit vector of direction α.
+    """
+
+    kind = "rose"
+
+    def __init__(
+        self, center: Point, radius: float, petals: float, sweep: float = 2 * np.pi, rotation: float = 0.0
+    ) -> None:
+        self.center = read_only(finite_array("center", center, 1, 2))
+        self.radius = positive("radius", radius)
+        self.petals = number("petals", petals, -1e3, 1e3)
+        self.sweep = number("sweep", sweep, -1e4, 1e4)
+        if self.sweep == 0:
+            raise InvalidInputError("sweep", "is zero: the path has no length", "give an angle in radians", sweep)
+        self.rotation = number("rotation", rotation, -1e3, 1e3)
+
+    def __repr__(self) -> str:
+        return (
+            f"Rose({self.center.tolist()}, {self.radius!r}, {self.petals!r}, sweep={self.sweep!r}, "
+            f"rotation={self.rotation!r})"
+        )
+
+    def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
+        total = np.zeros((len(r), 2))
+        for turns in (1 + self.petals, 1 - self.petals):
+            rate = turns * self.sweep
+            angle = self.rotation + rate * r + order * np.pi / 2
+            total += self.radius / 2 * rate**order * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        return total + self.center if order == 0 else total

@@ -1,0 +1,45 @@
+"""Planners: each turns a problem into a verified plan.
+
+A new planner is one file and one line in `PLANNERS`.
+"""
+
+from __future__ import annotations
+
+from selfmotion.optimizers import Progress
+from selfmotion.planners.base import Planner
+from selfmotion.planners.parametric import Candidates, Parametric, Sinusoid
+from selfmotion.plans import Plan
+from selfmotion.problem import Problem
+
+PLANNERS: dict[str, type[Planner]] = {planner.kind: planner for planner in (Sinusoid,)}
+"""Every planner by the ``kind`` of a problem file."""
+
+
+def plan(problem: Problem, planner: Planner, progress: Progress | None = None) -> Plan:
+    """Plan a joint motion along a path: the seed's section IV-D in one call.
+
+    Parameters
+    ----------
+    problem : Problem
+    planner : Planner
+    progress : callable, optional
+        Called with (done, total, best cost so far) as the work goes on.
+
+    Returns
+    -------
+    Plan
+        Verified from forward kinematics, between its samples too.
+
+    Raises
+    ------
+    InvalidInputError
+        If the problem asks for what the planner cannot do.
+    InfeasibleError
+        If the path is proved to be blocked.
+    NothingFeasibleError
+        If no feasible motion was found; this proves nothing.
+    """
+    return planner.plan(problem, progress)
+
+
+__all__ = ["PLANNERS", "Candidates", "Parametric", "Plan", "Planner", "Sinusoid", "plan"]

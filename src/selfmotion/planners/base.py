@@ -1,0 +1,45 @@
+"""What every planner is."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
+from selfmotion.optimizers import Progress
+from selfmotion.plans import Plan
+from selfmotion.problem import Problem
+
+
+class Planner(ABC):
+    """Turns a problem into a plan."""
+
+    kind: ClassVar[str]
+
+    @abstractmethod
+    def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
+        """Plan a motion.
+
+        Parameters
+        ----------
+        problem : Problem
+        progress : callable, optional
+            Called with (done, total, best cost so far) as the work goes on.
+
+        Returns
+        -------
+        Plan
+            Verified: its ``verification`` holds.
+
+        Raises
+        ------
+        InvalidInputError
+            If the problem asks for what this planner cannot do.
+        InfeasibleError
+            If the path is proved to be blocked.
+        NothingFeasibleError
+            If no feasible motion was found; this proves nothing.
+        """
+
+    def with_seed(self, seed: int) -> Planner:
+        """Return the same planner with another random seed; itself if it uses none."""
+        return self

@@ -1,0 +1,267 @@
+"""The seed's planner: a profile inside the angle domain, its coefficients chosen by an optimizer (section IV-D)."""
+
+from __future__ import annotations
+
+import copy
+import time
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from selfmotion._checks import finite_array, integer
+from selfmotion._types import FloatArray, Vector
+from selfmotion.domain import blocked_stretches
+from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError
+from selfmotion.motion import Motion
+from selfmotion.optimizers import INFEASIBLE, Optimizer, Progress, Result, penalised
+from selfmotion.planners.base import Planner
+from selfmotion.plans import Plan
+from selfmotion.problem import Problem, same_direction
+from selfmotion.profiles import Profile, SinusoidProfile
+
+# Candidates are evaluated in blocks of at most this many joint angles at once.
+_BLOCK = 4_000_000
+# Samples needed per oscillation, so that the chord sum sees what the curve does.
+_SAMPLES_PER_CYCLE = 8
+# A candidate is inside the domain if it leaves it by rounding only: radians, or parts of the reach.
+_ROUNDING = 1e-12
+# Candidates that hold at the samples but not between them are passed over, at most this many.
+_MAX_CHECKS = 200
+
+
+class Candidates:
+    """The seed's objective on one branch: what a population of coefficient vectors costs.
+
+    Parameters
+    ----------
+    problem : Problem
+    profile : Profile
+    branch : int
+    """
+
+    def __init__(self, problem: Problem, profile: Profile, branch: int) -> None:
+        self.problem = problem
+        self.profile = profile
+        self.branch = branch
+        self._r = problem.grid
+        self._x = problem.path(self._r)
+        self._start = None if problem.start is None else problem.start.q
+
+    def __call__(self, population: FloatArray) -> FloatArray:
+        """Return the values of a population, shape (p, d), as the optimizers rank them.
+
+        The value of a feasible candidate is its chord sum over the samples. One that leaves the angle domain is ranked, after
+        all feasible ones, by how far it leaves: by the largest shortfall of reach (in parts of the reach) plus each
+        joint's largest overrun of its limits [rad].
+        """
+        rows = max(1, _BLOCK // (len(self._r) * self.problem.arm.n))
+        blocks = [self._block(population[k : k + rows]) for k in range(0, len(population), rows)]
+        return np.concatenate(blocks)
+
+    def _block(self, population: FloatArray) -> FloatArray:
+        arm = self.problem.arm
+        q, margin = arm.solve_with_margin(self._x, self.profile(population, self._r), self.branch)
+        lifted = arm.limits.lift(q, self._start)
+        short = np.maximum(-margin.min(axis=1), 0.0) / arm.reach
+        violation = np.where(short > _ROUNDING, short, 0.0)
+        violation += np.where(lifted.excess > _ROUNDING, lifted.excess, 0.0).sum(axis=1)
+        cost = self.problem.objective.sampled(lifted.q, self._r, self.problem.weights)
+        return penalised(cost, violation)
+
+
+class _Found(NamedTuple):
+    """One judged candidate."""
+
+    value: float
+    branch: int
+    a: FloatArray
+
+
+class Parametric(Planner):
+    """Chooses the coefficients of a profile family by an optimizer on a box.
+
+    Parameters
+    ----------
+    profile : Profile
+    optimizer : Optimizer
+
+    Notes
+    -----
+    Every branch that the problem allows, and on which the profile's start is feasible, is searched with the
+    optimizer's whole budget. The optimizer sees the chord sum over the problem's samples, as the seed's does;
+    the best candidate that also holds *between* the samples becomes the plan.
+    """
+
+    kind = "parametric"
+
+    def __init__(self, profile: Profile, optimizer: Optimizer) -> None:
+        self.profile = profile
+        self.optimizer = optimizer
+
+    def with_seed(self, seed: int) -> Planner:
+        """Return the same planner with another random seed."""
+        other = copy.copy(self)
+        other.optimizer = copy.copy(self.optimizer)
+        other.optimizer.seed = integer("seed", seed, 0, 2**63 - 1)
+        return other
+
+    def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
+        """Plan a motion; see :meth:`Planner.plan`."""
+        return self._plan(problem, self.profile, progress)
+
+    def _plan(self, problem: Problem, profile: Profile, progress: Progress | None) -> Plan:
+        began = time.perf_counter()
+        self._check(problem, profile)
+        blocked = blocked_stretches(problem.arm, problem.path, problem.samples, problem.branches)
+        if blocked:
+            raise InfeasibleError(blocked)
+        branches = self._starting_branches(problem, profile)
+        results = {
+            branch: self.optimizer.minimize(
+                Candidates(problem, profile, branch),
+                len(profile.parameter_names),
+                _shifted(progress, k * self.optimizer.iterations, len(branches) * self.optimizer.iterations),
+            )
+            for k, branch in enumerate(branches)
+        }
+        evaluations = sum(result.evaluations for result in results.values())
+        best, motion = self._first_that_holds(problem, profile, results, evaluations)
+        parameters: dict[str, Any] = {
+            **{name: float(v) for name, v in zip(profile.parameter_names, best.a, strict=True)},
+            "elbow": problem.arm.branches[best.branch],
+            **profile.settings(),
+            "optimizer": {"kind": self.optimizer.kind, **self.optimizer.settings()},
+        }
+        history = tuple(results[branch].history for branch in branches)
+        return Plan(
+            problem, motion, self.kind, parameters, evaluations, time.perf_counter() - began, history
+        )
+
+    def _check(self, problem: Problem, profile: Profile) -> None:
+        """Refuse what a profile with few coefficients cannot promise."""
+        if profile.n_u != problem.arm.n_u:
+            raise InvalidInputError(
+                "planner.offset",
+                f"has {profile.n_u} components for an arm with {problem.arm.n_u} redundant degrees",
+                "give one number per redundant degree",
+            )
+        start = profile.start
+        if problem.start is not None and start is not None and not same_direction(start, problem.start.u):
+            raise InvalidInputError(
+                "planner.offset",
+                f"disagrees with start, whose u is {problem.start.u.tolist()}",
+                "leave one of the two out",
+                start.tolist(),
+            )
+        if problem.end is not None:
+            raise InvalidInputError("end", f"cannot be kept by planner {self.kind}", "leave it out")
+        if problem.cyclic:
+            raise InvalidInputError(
+                "cyclic", f"cannot be kept by planner {self.kind}", "set cyclic: false", problem.cyclic
+            )
+        lower, upper = self.optimizer.box(len(profile.parameter_names))
+        needed = int(np.ceil(_SAMPLES_PER_CYCLE * max(profile.cycles(lower), profile.cycles(upper))))
+        if problem.samples < needed:
+            raise InvalidInputError(
+                "samples",
+                "cannot resolve the fastest profile inside the optimizer's bounds",
+                f"give at least {needed}, or lower planner.optimizer.bounds",
+                problem.samples,
+            )
+
+    @staticmethod
+    def _starting_branches(problem: Problem, profile: Profile) -> list[int]:
+        start = profile.start
+        if start is None:
+            return problem.branches
+        branches = [branch for branch in problem.branches if problem.offset_is_feasible(start, branch)]
+        if not branches:
+            raise InvalidInputError(
+                "planner.offset",
+                "is outside the angle domain at r = 0",
+                problem.feasible_at(0.0),
+                start.tolist(),
+            )
+        return branches
+
+    def _first_that_holds(
+        self, problem: Problem, profile: Profile, results: dict[int, Result], evaluations: int
+    ) -> tuple[_Found, Motion]:
+        """Return the cheapest candidate whose motion holds between the samples too."""
+        found = [
+            _Found(float(value), branch, a)
+            for branch, result in results.items()
+            for value, a in zip(result.values, result.population, strict=True)
+            if value < INFEASIBLE
+        ]
+        if not found:
+            least = min(result.value for result in results.values()) / INFEASIBLE
+            raise NothingFeasibleError(
+                f"none of {evaluations} candidates stays inside the angle domain; the best leaves it by {least:.3g}",
+                "try another offset, a smaller amplitude or other bounds",
+                evaluations,
+                least,
+            )
+        found.sort(key=lambda candidate: candidate.value)
+        start = None if problem.start is None else problem.start.q
+        for candidate in found[:_MAX_CHECKS]:
+            a = candidate.a
+
+            def curve(r: FloatArray, order: int, a: FloatArray = a) -> FloatArray:
+                return profile(a, r, order)
+
+            nodes = max(2 * problem.samples, int(16 * profile.cycles(a)))
+            motion = Motion(problem.arm, problem.path, curve, candidate.branch, nodes, start)
+            if Plan(problem, motion, self.kind, {}).verification.holds:
+                return candidate, motion
+        raise NothingFeasibleError(
+            f"{len(found)} of {evaluations} candidates hold at the samples, but the best "
+            f"{min(len(found), _MAX_CHECKS)} break between them",
+            "give more samples",
+            evaluations,
+            0.0,
+        )
+
+
+class Sinusoid(Parametric):
+    """The seed's planner: the sinusoid (22) with its frequency chosen by an optimizer.
+
+    Parameters
+    ----------
+    offset : array_like, shape (n_u,), optional
+        The redundancy vector at r = 0, θ_gi [rad]; by default that of the problem's start.
+    amplitude : array_like, shape (n_u,)
+        A [rad].
+    optimizer : Optimizer
+        Searches the frequency f of each component.
+
+    Raises
+    ------
+    InvalidInputError
+        If offset and amplitude differ in length or all amplitudes are zero.
+    """
+
+    kind = "sinusoid"
+
+    def __init__(self, offset: Vector | None = None, *, amplitude: Vector, optimizer: Optimizer) -> None:
+        self.offset = None if offset is None else finite_array("offset", offset, 1)
+        self.amplitude = amplitude
+        self.optimizer = optimizer
+        self._profile(np.zeros_like(finite_array("amplitude", amplitude, 1)) if self.offset is None else self.offset)
+
+    def _profile(self, offset: FloatArray) -> SinusoidProfile:
+        return SinusoidProfile(offset, self.amplitude)
+
+    def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
+        """Plan a motion; see :meth:`Planner.plan`."""
+        if self.offset is None and problem.start is None:
+            raise InvalidInputError("planner.offset", "is missing", "give it, or a start")
+        offset = self.offset if self.offset is not None else problem.start.u  # type: ignore[union-attr]
+        return self._plan(problem, self._profile(offset), progress)
+
+
+def _shifted(progress: Progress | None, before: int, total: int) -> Progress | None:
+    """Return `progress` counting on from `before` towards `total`."""
+    if progress is None:
+        return None
+    return lambda done, _, best: progress(before + done, total, best)

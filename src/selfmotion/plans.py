@@ -1,0 +1,147 @@
+"""The answer: a motion that has been checked, and what it costs."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from selfmotion._types import FloatArray
+from selfmotion._version import __version__
+from selfmotion.motion import Motion
+from selfmotion.objectives import L1Travel, L2Travel, Objective
+from selfmotion.optimizers import History
+from selfmotion.problem import Problem
+from selfmotion.quadrature import Integral, panel_edges
+from selfmotion.verification import Verification, verify_motion
+
+
+RESULT_FIELDS = (
+    "status", "cost", "cost_error", "cost_sampled", "lower_bound", "gap", "l1_travel", "l2_travel",
+    "max_tracking_error", "min_limit_margin", "max_joint_step", "reconfigurations", "blocked", "planner",
+    "parameters", "evaluations", "wall_time_s", "version",
+)  # fmt: skip
+"""Keys of every result that the command line prints as JSON, in this order."""
+
+
+def result_object(**known: Any) -> dict[str, Any]:
+    """Return a result with every field of the contract, None where nothing is known; further keys follow."""
+    fields = {**dict.fromkeys(RESULT_FIELDS), "version": __version__, **known}
+    return {key: _plain(value) for key, value in fields.items()}
+
+
+def _plain(value: Any) -> Any:
+    """Return `value` fit for JSON, which has no infinity: what is not finite is not known."""
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+class Plan:
+    """A joint motion along a path, with its cost and the check of itself.
+
+    Call it with r for the joint angles. Everything it says of itself it computes from the motion and the arm's forward
+    kinematics, not from what the planner believed.
+
+    Parameters
+    ----------
+    problem : Problem
+    motion : Motion
+    planner : str
+        Kind of the planner that made it.
+    parameters : dict
+        What the planner chose, and with which settings.
+    evaluations : int
+        Candidates that were judged on the way.
+    wall_time_s : float
+    history : tuple of History
+        How the search went, one history per branch searched.
+
+    Attributes
+    ----------
+    lower_bound, gap : float or None
+        A proved bound on every motion's cost and the relative distance to it; None for planners without one.
+    reconfigurations : int
+        Planned breaks of the motion.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        motion: Motion,
+        planner: str,
+        parameters: dict[str, Any],
+        evaluations: int = 0,
+        wall_time_s: float = 0.0,
+        history: tuple[History, ...] = (),
+    ) -> None:
+        self.problem = problem
+        self.motion = motion
+        self.planner = planner
+        self.parameters = parameters
+        self.evaluations = evaluations
+        self.wall_time_s = wall_time_s
+        self.history = history
+        self.lower_bound: float | None = None
+        self.gap: float | None = None
+        self.reconfigurations = 0
+
+    def __repr__(self) -> str:
+        return f"Plan({self.planner}, cost={self.cost:.9g} ± {self.cost_error:.1g})"
+
+    def __call__(self, r: ArrayLike) -> FloatArray:
+        """Return the joint angles at path parameters `r`, shape (..., n), turns included [rad]."""
+        return self.motion(r)
+
+    def u(self, r: ArrayLike) -> FloatArray:
+        """Return the redundancy vector at path parameters `r`, shape (..., n_u) [rad]."""
+        return self.motion.u(r)
+
+    def rates(self, r: ArrayLike) -> FloatArray:
+        """Return dθ/dr, shape (..., n)."""
+        return self.motion.rates(r)
+
+    @cached_property
+    def verification(self) -> Verification:
+        """Tracking, limits and continuity, recomputed between the samples too."""
+        return verify_motion(self.problem, self.motion)
+
+    def _integral(self, objective: Objective, weights: FloatArray) -> Integral:
+        edges = panel_edges(self.problem.path.breaks, max(64, self.problem.samples // 4))
+        return objective.integral(self.motion.rates, edges, weights)
+
+    @cached_property
+    def _cost(self) -> Integral:
+        return self._integral(self.problem.objective, self.problem.weights)
+
+    @property
+    def cost(self) -> float:
+        """The objective as an integral."""
+        return self._cost.value
+
+    @property
+    def cost_error(self) -> float:
+        """Estimate of the absolute error of :attr:`cost`; see :mod:`selfmotion.quadrature`."""
+        return self._cost.error
+
+    @cached_property
+    def cost_sampled(self) -> float:
+        """The objective as the seed's chord sum over the sample grid, always below the integral."""
+        grid = self.problem.grid
+        return float(self.problem.objective.sampled(self.motion(grid), grid, self.problem.weights))
+
+    @cached_property
+    def l1_travel(self) -> float:
+        """``Σ ∫ |θ_i'| dr`` [rad], without weights."""
+        return self._integral(L1Travel(), np.ones(self.problem.arm.n)).value
+
+    @cached_property
+    def l2_travel(self) -> float:
+        """``∫ ‖θ'‖ dr`` [rad], without weights."""
+        return self._integral(L2Travel(), np.ones(self.problem.arm.n)).value
+
+    def summary(self) -> dict[str, Any]:
+        """Return the result as the command line's ``--json`` prints it."""
+        names = [name for name in RESULT_FIELDS if name not in ("status", "blocked", "version")]
+        values = {name: getattr(self if hasattr(self, name) else self.verification, name) for name in names}
+        return result_object(status="solved" if self.verification.holds else "unknown", **values)

@@ -1,0 +1,43 @@
+"""Pictures: one function per figure, each on a given Axes. Nothing below imports this package."""
+
+from __future__ import annotations
+
+from selfmotion.plans import Plan
+from selfmotion.plot.domain import draw_domain
+from selfmotion.plot.evolution import draw_evolution
+from selfmotion.plot.joints import draw_joints
+from selfmotion.plot.style import figure, image_files, rendered
+from selfmotion.plot.workspace import draw_path, draw_postures
+
+
+def plan_figure_names(n_u: int) -> list[str]:
+    """Return the names of the files that :func:`plan_figures` makes for an arm of redundancy `n_u`."""
+    names = ["postures", "joints", *(["domain"] if n_u == 1 else [])]
+    return [f"{name}.{suffix}" for name in names for suffix in ("png", "svg")]
+
+
+def plan_figures(plan: Plan) -> dict[str, bytes]:
+    """Return the pictures of a plan, PNG and SVG, as file name to bytes."""
+    files = rendered("postures", draw_postures, plan, height=3.2) | rendered("joints", draw_joints, plan)
+    if plan.problem.arm.n_u == 1:
+        from selfmotion.domain import angle_domain
+
+        r = plan.problem.rows
+        domain = angle_domain(plan.problem.arm, plan.problem.path)
+        curve = {"this plan": (r, plan.u(r)[:, 0])}
+        files |= rendered("domain", draw_domain, domain, plan.motion.branch, curve)
+    return files
+
+
+__all__ = [
+    "draw_domain",
+    "draw_evolution",
+    "draw_joints",
+    "draw_path",
+    "draw_postures",
+    "figure",
+    "image_files",
+    "plan_figure_names",
+    "plan_figures",
+    "rendered",
+]

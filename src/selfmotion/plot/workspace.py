@@ -1,0 +1,53 @@
+"""The plane: the path, and the arm on it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from selfmotion.plans import Plan
+from selfmotion.plot.style import COLORS, GREY, INK
+from selfmotion.problem import Problem
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_POSTURES = 14
+
+
+def draw_path(axes: Axes, problem: Problem) -> None:
+    """Draw the path that the tool follows, its start and end, and the limit of reach (Fig. 10a)."""
+    r = np.unique(np.concatenate([np.linspace(0, 1, 801), problem.path.breaks]))
+    x = problem.path(r)
+    axes.plot(x[:, 0], x[:, 1], color=COLORS[0], linewidth=1.8, zorder=3)
+    axes.plot(*x[0], "o", color=COLORS[0], markersize=4, zorder=4)
+    axes.plot(*x[-1], "s", color=COLORS[0], markersize=4, markerfacecolor="white", zorder=4)
+    for point, label in ((x[0], "start"), (x[-1], "end")):
+        axes.annotate(label, point, xytext=(5, -9), textcoords="offset points", color=INK, zorder=5)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("x")
+    axes.set_ylabel("y")
+
+
+def draw_postures(axes: Axes, plan: Plan) -> None:
+    """Draw the arm's postures along its motion (Fig. 12b): light at the start, dark at the end."""
+    from matplotlib.colors import to_rgb
+
+    draw_path(axes, plan.problem)
+    points = plan.problem.arm.joint_positions(plan(np.linspace(0, 1, _POSTURES)))
+    dark, light = np.array(to_rgb(INK)), np.array(to_rgb("#d9d9d9"))
+    for k, chain in enumerate(points):
+        t = k / (_POSTURES - 1)
+        axes.plot(
+            chain[:, 0], chain[:, 1], "-o", color=tuple(light + t * (dark - light)), linewidth=0.9, markersize=1.8
+        )
+    _, _, outer = plan.problem.arm.annulus
+    center = plan.problem.arm.annulus[0]
+    angle = np.linspace(-np.pi, np.pi, 361)
+    axes.autoscale(False)
+    axes.plot(
+        center[0] + outer * np.cos(angle), center[1] + outer * np.sin(angle), color=GREY, linestyle=":", linewidth=0.8
+    )
+    axes.plot(0, 0, "^", color=INK, markersize=6, zorder=5)
+    axes.set_title("postures, from light to dark; dotted: limit of reach")

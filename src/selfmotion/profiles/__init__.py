@@ -1,0 +1,14 @@
+"""Profile families u(r; a): they only choose coefficients; evaluation downstream is shared.
+
+A new family is one file and one line here, and one line in :mod:`selfmotion.planners` that makes it a planner.
+"""
+
+from __future__ import annotations
+
+from selfmotion.profiles.base import Profile
+from selfmotion.profiles.sinusoid import SinusoidProfile
+
+PROFILES: dict[str, type[Profile]] = {profile.kind: profile for profile in (SinusoidProfile,)}
+"""Every profile family by its kind."""
+
+__all__ = ["PROFILES", "Profile", "SinusoidProfile"]
