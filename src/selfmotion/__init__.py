@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     )
     from selfmotion.exchange import load_problem
     from selfmotion.intervals import IntervalSet
+    from selfmotion.judgement import judge
     from selfmotion.optimizers import CMAES, GA, GWO, PSO, DifferentialEvolution, RandomSearch
     from selfmotion.paths import (
         Arc,
@@ -45,7 +46,6 @@ if TYPE_CHECKING:
     )
     from selfmotion.planners import Plan, Sinusoid, plan
     from selfmotion.problem import Problem
-    from selfmotion.verification import judge
 
 _HOME = {
     "arms": ("PlanarArm",),
@@ -60,7 +60,7 @@ _HOME = {
     ),
     "planners": ("Plan", "Sinusoid", "plan"),
     "problem": ("Problem",),
-    "verification": ("judge",),
+    "judgement": ("judge",),
 }  # fmt: skip
 _MODULE = {name: module for module, names in _HOME.items() for name in names}
 

@@ -163,7 +163,7 @@ def verify(
 
     from selfmotion._checks import positive
     from selfmotion.exchange import load_problem, read_trajectory
-    from selfmotion.verification import Tolerances, judge
+    from selfmotion.judgement import Tolerances, judge
 
     allowed = Tolerances(
         positive("--tolerance", tolerance),
@@ -213,8 +213,8 @@ def _run(arguments: list[str]) -> int:
         print("selfmotion: interrupted", file=sys.stderr)
         return 130
     except MemoryError:
-        error = InvalidInputError("samples", "needs more memory than there is", "lower samples or population")
-        return _report_error(error, "--json" in arguments)
+        too_large = InvalidInputError("samples", "needs more memory than there is", "lower samples or population")
+        return _report_error(too_large, "--json" in arguments)
     except Exception as error:
         # The command line's own usage errors; their class has moved between typer's versions.
         if not hasattr(error, "format_message"):

@@ -54,9 +54,7 @@ class InvalidInputError(SelfMotionError, ValueError):
     status = "error"
     exit_code = 2
 
-    def __init__(
-        self, field: str, reason: str, remedy: str = "", value: Any = None, source: str | None = None
-    ) -> None:
+    def __init__(self, field: str, reason: str, remedy: str = "", value: Any = None, source: str | None = None) -> None:
         self.field = field
         self.reason = reason
         self.value = value

@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 
 from selfmotion._checks import finite_array, positive
 from selfmotion._types import BoolArray, FloatArray
+from selfmotion.angles import TAU
 from selfmotion.errors import InvalidInputError
-
-TAU = 2 * np.pi
 
 
 class IntervalSet:

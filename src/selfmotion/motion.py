@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from selfmotion._types import FloatArray
+from selfmotion.angles import nearest_turn
 from selfmotion.arms import PlanarArm
-from selfmotion.arms._kernels import TAU
 from selfmotion.paths import Path
 from selfmotion.quadrature import panel_edges
 
@@ -54,7 +54,7 @@ class Motion:
         values = np.asarray(r, dtype=float)
         q = self.arm.solve(self.path(values), self.u(values), self.branch)[0]
         near = np.stack([np.interp(values, self._nodes, joint) for joint in self._lifted.T], axis=-1)
-        return np.asarray(q + TAU * np.rint((near - q) / TAU))
+        return nearest_turn(q, near)
 
     def rates(self, r: ArrayLike) -> FloatArray:
         """Return dθ/dr, shape (..., n); infinite or NaN exactly at a fold."""

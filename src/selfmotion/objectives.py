@@ -1,7 +1,7 @@
 """What a motion costs: joint travel (1a), and plain travel in the l1 and l2 sense.
 
 Each objective is a density c(θ', 1) that is integrated, and the same convex function c(Δθ, Δr) of a chord,
-``c(h θ', h) = h c(θ', 1)``. An arc costs at least its chord, so the chord sum over samples is always below the integral.
+``c(h θ', h) = h c(θ', 1)``. An arc costs at least its chord, so the chord sum over samples never exceeds the integral.
 
 A new objective is one class and one line in `OBJECTIVES`.
 """
@@ -60,9 +60,7 @@ class Objective(ABC):
         """
         return np.asarray(self.chord(np.diff(q, axis=-2), np.diff(r), weights).sum(axis=-1))
 
-    def integral(
-        self, rates: Callable[[FloatArray], FloatArray], edges: FloatArray, weights: FloatArray
-    ) -> Integral:
+    def integral(self, rates: Callable[[FloatArray], FloatArray], edges: FloatArray, weights: FloatArray) -> Integral:
         """Return the cost of a motion and an estimate of its error.
 
         Parameters
@@ -93,7 +91,9 @@ class JointTravel(Objective):
     def chord(dq: FloatArray, dr: ArrayLike, weights: FloatArray) -> FloatArray:
         """Return ``Σ w_i √(Δr² + Δθ_i²)``."""
         step = np.asarray(dr, dtype=float)[..., None]
-        return np.asarray(np.sqrt(step * step + dq * dq) @ weights)
+        length = dq * dq
+        length += step * step
+        return np.asarray(np.sqrt(length, out=length) @ weights)
 
 
 class L1Travel(Objective):
@@ -118,9 +118,7 @@ class L2Travel(Objective):
         return np.asarray(np.sqrt((dq * dq) @ (weights * weights)))
 
 
-OBJECTIVES: dict[str, type[Objective]] = {
-    objective.kind: objective for objective in (JointTravel, L1Travel, L2Travel)
-}
+OBJECTIVES: dict[str, type[Objective]] = {objective.kind: objective for objective in (JointTravel, L1Travel, L2Travel)}
 """Every objective by its name in a problem file."""
 
 

@@ -17,7 +17,6 @@ from selfmotion.problem import Problem
 from selfmotion.quadrature import Integral, panel_edges
 from selfmotion.verification import Verification, verify_motion
 
-
 RESULT_FIELDS = (
     "status", "cost", "cost_error", "cost_sampled", "lower_bound", "gap", "l1_travel", "l2_travel",
     "max_tracking_error", "min_limit_margin", "max_joint_step", "reconfigurations", "blocked", "planner",

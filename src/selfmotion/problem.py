@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from selfmotion._checks import choice, finite_array, integer, read_only
 from selfmotion._types import FloatArray
+from selfmotion.angles import wrap
 from selfmotion.arms import PlanarArm
-from selfmotion.arms._kernels import TAU
 from selfmotion.domain import AngleDomain
 from selfmotion.errors import InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
@@ -209,5 +209,4 @@ class Problem:
 
 def same_direction(a: FloatArray, b: FloatArray) -> bool:
     """Return whether two redundancy vectors agree modulo 2π."""
-    difference = np.asarray(a) - np.asarray(b)
-    return bool((np.abs(difference - TAU * np.rint(difference / TAU)) <= _ON_LIMIT).all())
+    return bool((np.abs(wrap(a - b)) <= _ON_LIMIT).all())

@@ -48,9 +48,7 @@ class Integral(NamedTuple):
     error: float
 
 
-def integrate(
-    function: Callable[[FloatArray], FloatArray], edges: FloatArray, tolerance: float = 1e-11
-) -> Integral:
+def integrate(function: Callable[[FloatArray], FloatArray], edges: FloatArray, tolerance: float = 1e-11) -> Integral:
     """Integrate `function` from the first to the last of `edges`.
 
     Parameters

@@ -2,101 +2,90 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from selfmotion._jit import kernel
 from selfmotion._types import FloatArray
-
-TAU = 2 * np.pi
-
-
-@kernel
-def wrap(angle: float) -> float:
-    """Return `angle` modulo 2π, inside [−π, π]."""
-    return angle - 2 * np.pi * np.rint(angle / (2 * np.pi))
+from selfmotion.angles import TAU, wrap
 
 
-@kernel
-def two_link(l1: float, l2: float, wx: float, wy: float, sign: float):  # type: ignore[no-untyped-def]
-    """Solve a two-link arm for its tip (wx, wy); return θ1, θ2, cos θ2, sin θ2, |w|², reach margin.
+class TwoLink(NamedTuple):
+    """Solution of a two-link arm, arrays of one shape each."""
+
+    theta1: FloatArray
+    theta2: FloatArray
+    cos2: FloatArray
+    sin2: FloatArray
+    d2: FloatArray
+    margin: FloatArray
+
+
+def two_link(l1: float, l2: float, wx: FloatArray, wy: FloatArray, sign: float) -> TwoLink:
+    """Solve a two-link arm for its tip (wx, wy); sign is that of sin θ2, d2 is |w|².
 
     θ2 = ±2 atan2(√((l1+l2)² − d²), √(d² − (l1−l2)²)), d = |w|, keeps all digits near both folds, where
     the arc cosine of (3) loses half of them. Beyond reach the arm is stretched or folded towards w and the margin,
     the signed distance of d to [|l1−l2|, l1+l2], is negative.
     """
-    d = np.hypot(wx, wy)
+    d2 = wx * wx + wy * wy
+    d = np.sqrt(d2)
     total, rest = l1 + l2, abs(l1 - l2)
-    margin = min(total - d, d - rest)
-    s = np.sqrt(max((total - d) * (total + d), 0.0))
-    c = np.sqrt(max((d - rest) * (d + rest), 0.0))
-    norm = s * s + c * c
-    sin2 = sign * 2.0 * s * c / norm
-    cos2 = (c - s) * (c + s) / norm
+    short, long = total - d, d - rest
+    s = np.sqrt(np.maximum(short * (total + d), 0.0))
+    c = np.sqrt(np.maximum(long * (d + rest), 0.0))
+    scale = 1.0 / (s * s + c * c)
+    sin2 = (2.0 * sign) * s * c * scale
+    cos2 = (c - s) * (c + s) * scale
     along, across = l1 + l2 * cos2, l2 * sin2
     theta1 = np.arctan2(along * wy - across * wx, along * wx + across * wy)
-    return theta1, sign * 2.0 * np.arctan2(s, c), cos2, sin2, d * d, margin
+    return TwoLink(theta1, (2.0 * sign) * np.arctan2(s, c), cos2, sin2, d2, np.minimum(short, long))
 
 
-@kernel
-def planar_ik(  # type: ignore[no-untyped-def]
-    links: FloatArray, x: FloatArray, u: FloatArray, sign: float, q: FloatArray, margin: FloatArray
-):
+def planar_ik(links: FloatArray, x: FloatArray, u: FloatArray, sign: float) -> tuple[FloatArray, FloatArray]:
     """Inverse kinematics, (2)–(7) for any number of links.
 
-    links (n,), x (k, 2), u (k, n−2) absolute directions of links 3…n; writes q (k, n), each joint in [−π, π],
-    and margin (k,), the signed distance of the two-link target to its annulus.
+    links (n,), x (…, 2), u (…, n−2) absolute directions of links 3…n; returns q (…, n), each joint in [−π, π],
+    and margin (…), the signed distance of the two-link target to its annulus.
     """
-    n = links.shape[0]
-    for i in range(x.shape[0]):
-        wx, wy = x[i, 0], x[i, 1]
-        for j in range(2, n):
-            wx -= links[j] * np.cos(u[i, j - 2])
-            wy -= links[j] * np.sin(u[i, j - 2])
-        theta1, theta2, _, _, _, room = two_link(links[0], links[1], wx, wy, sign)
-        q[i, 0], q[i, 1], margin[i] = theta1, theta2, room
-        before = theta1 + theta2
-        for j in range(2, n):
-            q[i, j] = wrap(u[i, j - 2] - before)
-            before = u[i, j - 2]
+    n = len(links)
+    wx = x[..., 0] - np.cos(u) @ links[2:]
+    wy = x[..., 1] - np.sin(u) @ links[2:]
+    front = two_link(links[0], links[1], wx, wy, sign)
+    q = np.empty((*front.theta1.shape, n))
+    q[..., 0], q[..., 1] = front.theta1, front.theta2
+    before = front.theta1 + front.theta2
+    for j in range(2, n):
+        q[..., j] = wrap(u[..., j - 2] - before)
+        before = u[..., j - 2]
+    return q, front.margin
 
 
-@kernel
-def planar_rates(  # type: ignore[no-untyped-def]
-    links: FloatArray, x: FloatArray, dx: FloatArray, u: FloatArray, du: FloatArray, sign: float, dq: FloatArray
-):
-    """Joint rates dq (k, n) for the rates dx (k, 2) of the tip and du (k, n−2) of the directions; infinite at folds.
+def planar_rates(
+    links: FloatArray, x: FloatArray, dx: FloatArray, u: FloatArray, du: FloatArray, sign: float
+) -> FloatArray:
+    """Joint rates (…, n) for the rates dx (…, 2) of the tip and du (…, n−2) of the directions; infinite at folds.
 
     θ2' = −(w·w')/(l1 l2 sin θ2), φ' = (w×w')/|w|², θ1' = φ' − (l2² + l1 l2 cos θ2)/|w|² · θ2'.
     """
-    n = links.shape[0]
-    l1, l2 = links[0], links[1]
-    for i in range(x.shape[0]):
-        wx, wy, vx, vy = x[i, 0], x[i, 1], dx[i, 0], dx[i, 1]
-        for j in range(2, n):
-            c, s = links[j] * np.cos(u[i, j - 2]), links[j] * np.sin(u[i, j - 2])
-            wx -= c
-            wy -= s
-            vx += s * du[i, j - 2]
-            vy -= c * du[i, j - 2]
-        _, _, cos2, sin2, d2, _ = two_link(l1, l2, wx, wy, sign)
-        rate2 = -(wx * vx + wy * vy) / (l1 * l2 * sin2)
-        rate1 = (wx * vy - wy * vx) / d2 - (l2 * l2 + l1 * l2 * cos2) / d2 * rate2
-        dq[i, 0], dq[i, 1] = rate1, rate2
-        before = rate1 + rate2
-        for j in range(2, n):
-            dq[i, j] = du[i, j - 2] - before
-            before = du[i, j - 2]
+    n, (l1, l2), rest = len(links), links[:2], links[2:]
+    cosine, sine = np.cos(u), np.sin(u)
+    wx, wy = x[..., 0] - cosine @ rest, x[..., 1] - sine @ rest
+    vx, vy = dx[..., 0] + (sine * du) @ rest, dx[..., 1] - (cosine * du) @ rest
+    front = two_link(l1, l2, wx, wy, sign)
+    dq = np.empty((*wx.shape, n))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        dq[..., 1] = -(wx * vx + wy * vy) / (l1 * l2 * front.sin2)
+        dq[..., 0] = (wx * vy - wy * vx - (l2 * l2 + l1 * l2 * front.cos2) * dq[..., 1]) / front.d2
+    before = dq[..., 0] + dq[..., 1]
+    for j in range(2, n):
+        dq[..., j] = du[..., j - 2] - before
+        before = du[..., j - 2]
+    return dq
 
 
-@kernel
-def unwrap(q: FloatArray, low: FloatArray, high: FloatArray):  # type: ignore[no-untyped-def]
-    """Make q (p, k, n) continuous along k in place; write each joint's extent to low and high (p, n)."""
-    for p in range(q.shape[0]):
-        for j in range(q.shape[2]):
-            last = q[p, 0, j]
-            least = most = last
-            for k in range(1, q.shape[1]):
-                last += wrap(q[p, k, j] - last)
-                q[p, k, j] = last
-                least, most = min(least, last), max(most, last)
-            low[p, j], high[p, j] = least, most
+def unwrap(q: FloatArray) -> None:
+    """Make q (…, k, n) continuous along k in place, by whole turns."""
+    steps = np.diff(q, axis=-2)
+    if steps.max(initial=0.0) > np.pi or steps.min(initial=0.0) < -np.pi:
+        q[..., 1:, :] -= TAU * np.cumsum(np.rint(steps / TAU), axis=-2)

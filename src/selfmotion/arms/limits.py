@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from selfmotion._checks import LARGEST, contains_text, number, read_only
-from selfmotion._types import BoolArray, FloatArray, Limits
-from selfmotion.arms._kernels import TAU, unwrap
+from selfmotion._types import BoolArray, FloatArray, IntArray, Limits
+from selfmotion.angles import TAU, nearest_turn
+from selfmotion.arms._kernels import unwrap
 from selfmotion.errors import InvalidInputError
 
 
@@ -69,8 +70,7 @@ class JointLimits:
     def as_list(self) -> list[list[float | None] | None]:
         """Return the limits as a problem file writes them."""
         ends = [
-            [float(v) if np.isfinite(v) else None for v in pair]
-            for pair in zip(self.lower, self.upper, strict=True)
+            [float(v) if np.isfinite(v) else None for v in pair] for pair in zip(self.lower, self.upper, strict=True)
         ]
         return [None if pair == [None, None] else pair for pair in ends]
 
@@ -110,7 +110,7 @@ class JointLimits:
         both = np.isfinite(self.lower) & np.isfinite(self.upper)
         lower, upper = np.where(both, self.lower, -np.inf), np.where(both, self.upper, np.inf)
         middle = 0.5 * (np.where(both, self.lower, 0.0) + np.where(both, self.upper, 0.0))
-        near = angles - TAU * np.rint((angles - middle) / TAU)
+        near = nearest_turn(angles, middle)
         return np.maximum(np.maximum(lower - near, near - upper), 0.0)
 
     def lift(self, q: FloatArray, start: ArrayLike | None = None) -> Lifted:
@@ -129,21 +129,27 @@ class JointLimits:
         -------
         Lifted
         """
-        low, high = np.empty((len(q), q.shape[2])), np.empty((len(q), q.shape[2]))
-        unwrap(q, low, high)
+        unwrap(q)
+        limited = np.flatnonzero(self.limited)
+        turns, excess = np.zeros((len(q), q.shape[2])), np.zeros((len(q), q.shape[2]))
+        low, high = q[..., limited].min(axis=1), q[..., limited].max(axis=1)
         if start is not None:
             turns = np.rint((np.asarray(start, dtype=float) - q[:, 0]) / TAU)
         else:
-            turns = self._turns(low, high)
-        q += TAU * turns[:, None, :]
-        low += TAU * turns
-        high += TAU * turns
-        return Lifted(q, np.maximum(self.lower - low, 0.0) + np.maximum(high - self.upper, 0.0))
+            turns[:, limited] = self._turns(low, high, limited)
+        if turns.any():
+            q += TAU * turns[:, None, :]
+            low += TAU * turns[:, limited]
+            high += TAU * turns[:, limited]
+        below, above = self.lower[limited] - low, high - self.upper[limited]
+        excess[:, limited] = np.maximum(below, 0.0) + np.maximum(above, 0.0)
+        return Lifted(q, excess)
 
-    def _turns(self, low: FloatArray, high: FloatArray) -> FloatArray:
-        below, above = np.isfinite(self.lower), np.isfinite(self.upper)
+    def _turns(self, low: FloatArray, high: FloatArray, joints: IntArray) -> FloatArray:
+        """Return the whole turns that bring the extents [low, high] of `joints` best inside their limits."""
+        lower, upper = self.lower[joints], self.upper[joints]
         with np.errstate(invalid="ignore"):
-            centred = np.rint((self.lower + self.upper - low - high) / (2 * TAU))
-            raised = np.maximum(np.ceil((self.lower - low) / TAU), 0.0)
-            lowered = np.minimum(np.floor((self.upper - high) / TAU), 0.0)
-        return np.where(below & above, centred, np.where(below, raised, np.where(above, lowered, 0.0)))
+            centred = np.rint((lower + upper - low - high) / (2 * TAU))
+            raised = np.maximum(np.ceil((lower - low) / TAU), 0.0)
+            lowered = np.minimum(np.floor((upper - high) / TAU), 0.0)
+        return np.where(np.isinf(upper), raised, np.where(np.isinf(lower), lowered, centred))

@@ -7,7 +7,8 @@ from numpy.typing import ArrayLike
 
 from selfmotion._checks import LARGEST, choice, finite_array, number, read_only
 from selfmotion._types import BoolArray, FloatArray, Limits, Vector
-from selfmotion.arms._kernels import TAU, planar_ik, planar_rates
+from selfmotion.angles import wrap
+from selfmotion.arms._kernels import planar_ik, planar_rates
 from selfmotion.arms.limits import JointLimits
 from selfmotion.arms.planar_self_motion import PlanarLine, PlanarSelfMotion
 from selfmotion.errors import InvalidInputError
@@ -48,13 +49,13 @@ class PlanarArm:
     Notes
     -----
     The redundancy vector u holds the absolute directions of links 3…n (of 3…n−1 with a fixed direction).
-    ``w = x − Σ_{j≥3} l_j e(u_j)`` is the target of the first two links, which reach it in two ways, and the other joints
-    are differences of absolute directions. For n = 3 these are (2)–(7) of the seed's paper with u = θ_g (its
+    ``w = x − Σ_{j≥3} l_j e(u_j)`` is the target of the first two links, which reach it in two ways, and the other
+    joints are differences of absolute directions. For n = 3 these are (2)–(7) of the seed's paper with u = θ_g (its
     ``l_1`` in (2) meaning ``l_3``). Formulas: docs/mathematics.
     """
 
     kind = "planar"
-    branches = ("positive", "negative")
+    branches: tuple[str, ...] = ("positive", "negative")
 
     def __init__(self, links: Vector, limits: Limits = None, direction: float | None = None) -> None:
         self.links = read_only(finite_array("links", links, 1))
@@ -64,7 +65,7 @@ class PlanarArm:
             why = "" if direction is None else " when the last link keeps a direction"
             raise InvalidInputError("links", f"has {self.n} entries", f"give {least} to {MAX_LINKS}{why}", links)
         for j, length in enumerate(self.links):
-            if not 1 / LARGEST <= length:
+            if not length >= 1 / LARGEST:
                 raise InvalidInputError(f"links.{j}", "must be greater than zero", "give a length", float(length))
         self.limits = JointLimits(limits, self.n)
         self.direction = None if direction is None else number("direction", direction, -1e3, 1e3)
@@ -158,25 +159,19 @@ class PlanarArm:
         InvalidInputError
             If shapes do not fit.
         """
-        shape, points, directions = self._flat(x, u)
-        q, margin = self._solve(points, directions, self.branch_index(branch))
-        return q.reshape(*shape, self.n), (margin >= -_REACH_ROUNDING * self.reach).reshape(shape)
+        q, margin = self.solve_with_margin(x, u, branch)
+        return q, np.asarray(margin >= -_REACH_ROUNDING * self.reach)
 
-    def solve_with_margin(
-        self, x: ArrayLike, u: ArrayLike, branch: int | str = 0
-    ) -> tuple[FloatArray, FloatArray]:
+    def solve_with_margin(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, FloatArray]:
         """Like :meth:`solve`, with the signed distance to the limit of reach instead of a verdict."""
-        shape, points, directions = self._flat(x, u)
-        q, margin = self._solve(points, directions, self.branch_index(branch))
-        return q.reshape(*shape, self.n), margin.reshape(shape)
+        points, directions = self._arrays(x, u)
+        return planar_ik(self.links, points, directions, _SIGNS[self.branch_index(branch)])
 
     def reach_margin(self, x: ArrayLike, u: ArrayLike) -> FloatArray:
         """Return the signed distance of |w| to [|l1 − l2|, l1 + l2], shape (...); negative out of reach."""
         return self.solve_with_margin(x, u)[1]
 
-    def rates(
-        self, x: ArrayLike, dx: ArrayLike, u: ArrayLike, du: ArrayLike, branch: int | str = 0
-    ) -> FloatArray:
+    def rates(self, x: ArrayLike, dx: ArrayLike, u: ArrayLike, du: ArrayLike, branch: int | str = 0) -> FloatArray:
         """Return the joint rates that go with the rates of tool and redundancy vector.
 
         Parameters
@@ -190,17 +185,13 @@ class PlanarArm:
         array, shape (..., n)
             Infinite or NaN exactly at a fold, sin θ2 = 0.
         """
-        shape, points, directions = self._flat(x, u)
-        _, speeds, turning = self._flat(np.broadcast_to(dx, (*shape, 2)), np.broadcast_to(du, (*shape, self.n_u)))
+        points, directions = self._arrays(x, u)
+        speeds, turning = self._arrays(dx, du)
         if self.direction is not None:
-            turning[:, -1] = 0.0
-        dq = np.empty((len(points), self.n))
-        planar_rates(self.links, points, speeds, directions, turning, _SIGNS[self.branch_index(branch)], dq)
-        return dq.reshape(*shape, self.n)
+            turning[..., -1] = 0.0
+        return planar_rates(self.links, points, speeds, directions, turning, _SIGNS[self.branch_index(branch)])
 
-    def derivative(
-        self, x: ArrayLike, u: ArrayLike, branch: int | str = 0
-    ) -> tuple[FloatArray, FloatArray]:
+    def derivative(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, FloatArray]:
         """Return the partial derivatives of :meth:`solve`.
 
         Parameters
@@ -227,7 +218,7 @@ class PlanarArm:
     def u_of(self, q: ArrayLike) -> FloatArray:
         """Return the redundancy vector of a posture, in [−π, π], shape (..., n_u)."""
         phi = np.cumsum(self._joints(q), axis=-1)[..., 2 : 2 + self.n_u]
-        return phi - TAU * np.rint(phi / TAU)
+        return wrap(phi)
 
     def branch_of(self, q: ArrayLike) -> FloatArray:
         """Return the branch index of a posture, shape (...): 0 where sin θ2 ≥ 0."""
@@ -267,19 +258,14 @@ class PlanarArm:
             )
         return PlanarSelfMotion(self)
 
-    def _solve(self, points: FloatArray, directions: FloatArray, branch: int) -> tuple[FloatArray, FloatArray]:
-        q, margin = np.empty((len(points), self.n)), np.empty(len(points))
-        planar_ik(self.links, points, directions, _SIGNS[branch], q, margin)
-        return q, margin
-
     def _joints(self, q: ArrayLike) -> FloatArray:
         angles = np.asarray(q, dtype=float)
         if angles.ndim < 1 or angles.shape[-1] != self.n:
             raise InvalidInputError("q", f"has shape {angles.shape}", f"give (..., {self.n}), one angle per joint")
         return angles
 
-    def _flat(self, x: ArrayLike, u: ArrayLike) -> tuple[tuple[int, ...], FloatArray, FloatArray]:
-        """Return the common leading shape, and x and the directions of links 3…n as (k, ·) arrays."""
+    def _arrays(self, x: ArrayLike, u: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Return x of shape (..., 2) and the directions of links 3…n, (..., n − 2), as arrays."""
         points, directions = np.asarray(x, dtype=float), np.asarray(u, dtype=float)
         if points.ndim < 1 or points.shape[-1] != 2:
             raise InvalidInputError("x", f"has shape {points.shape}", "give points of shape (..., 2)")
@@ -287,10 +273,7 @@ class PlanarArm:
             raise InvalidInputError(
                 "u", f"has shape {directions.shape}", f"give (..., {self.n_u}), one direction per redundant degree"
             )
-        shape = np.broadcast_shapes(points.shape[:-1], directions.shape[:-1])
-        full = np.empty((*shape, self.n - 2))
-        full[..., : self.n_u] = directions
         if self.direction is not None:
-            full[..., -1] = self.direction
-        flat_x = np.ascontiguousarray(np.broadcast_to(points, (*shape, 2)).reshape(-1, 2))
-        return shape, flat_x, full.reshape(-1, self.n - 2)
+            last = np.full((*directions.shape[:-1], 1), self.direction)
+            directions = np.concatenate([directions, last], axis=-1)
+        return points, directions

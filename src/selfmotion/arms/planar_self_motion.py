@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from selfmotion._types import BoolArray, FloatArray
-from selfmotion.arms._kernels import TAU
+from selfmotion.angles import TAU, wrap
 from selfmotion.arms.protocols import Breakpoints, Cause
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class PlanarLine:
         self.u0 = u0
         self.direction = direction
         self.n = arm.n
-        self.branches = arm.branches
+        self.branches: tuple[str, ...] = arm.branches
         self.limits = arm.limits
         self.periodic = bool((direction == np.rint(direction)).all())
 
@@ -96,7 +96,7 @@ class PlanarSelfMotion(PlanarLine):
         columns += [self._on_both(psi + turn, np.nan, np.nan, Cause("marker", -1)) for turn in (0.0, np.pi)]
         u = np.stack([column.u for column in columns], axis=1)
         return Breakpoints(
-            u - TAU * np.rint(u / TAU),
+            wrap(u),
             np.stack([column.on_branch for column in columns], axis=1),
             np.stack([column.q for column in columns], axis=1),
             tuple(column.cause for column in columns),
@@ -106,9 +106,7 @@ class PlanarSelfMotion(PlanarLine):
         """Return (joint, "lower" or "upper", angle) of every limit that can bind modulo 2π."""
         lower, upper = self.limits.lower, self.limits.upper
         binding = [j for j in range(self.n) if upper[j] - lower[j] < TAU]
-        return [
-            (j, bound, float(values[j])) for j in binding for bound, values in (("lower", lower), ("upper", upper))
-        ]
+        return [(j, bound, float(values[j])) for j in binding for bound, values in (("lower", lower), ("upper", upper))]
 
     def _folds(self, target: FloatArray) -> list[_Column]:
         l1, l2, l3 = self.arm.links[:3]
@@ -128,8 +126,7 @@ class PlanarSelfMotion(PlanarLine):
         if joint == 0:  # the elbow stands still: links 2 and 3 reach from there
             rest = target - l1 * _unit(np.array([value]))
             return [
-                self._column(u, value, _direction(rest - l3 * _unit(u)) - value, cause)
-                for u in _meetings(rest, l3, l2)
+                self._column(u, value, _direction(rest - l3 * _unit(u)) - value, cause) for u in _meetings(rest, l3, l2)
             ]
         if joint == 1:  # |w| is known
             wrist = np.hypot(l1 + l2 * np.cos(value), l2 * np.sin(value))
@@ -164,7 +161,7 @@ class PlanarSelfMotion(PlanarLine):
         q[:, 2] = u - q[:, 0] - q[:, 1]
         if self.arm.direction is not None:
             q[:, 3] = self.arm.direction - u
-        q -= TAU * np.rint(q / TAU)
+        q = wrap(q)
         sine = np.sin(q[:, 1])
         on_branch = np.stack([sine >= -_TOUCH * 100, sine <= _TOUCH * 100], axis=1)
         return _Column(u, on_branch, q, cause)

@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray
+from selfmotion.angles import TAU
 from selfmotion.arms import SelfMotion
-from selfmotion.intervals import TAU, IntervalSet
+from selfmotion.intervals import IntervalSet
 
 # A limit is a closed set: an angle on it up to rounding is inside.
 _ON_LIMIT = 1e-12
@@ -43,13 +44,24 @@ class FeasibleArcs(NamedTuple):
     @property
     def empty(self) -> BoolArray:
         """At which task points nothing is feasible, shape (k,)."""
-        return ~(self.inside.any(axis=1) | np.isfinite(self.points).any(axis=1))
+        return np.asarray(~(self.inside.any(axis=1) | np.isfinite(self.points).any(axis=1)))
 
     def interval_set(self, k: int) -> IntervalSet:
         """Return the feasible parameters at task point `k`, on the circle of circumference 2π."""
-        arcs = np.column_stack([self.low[k], self.high[k]])[self.inside[k]]
-        points = self.points[k][np.isfinite(self.points[k])]
-        return IntervalSet(np.vstack([arcs, np.column_stack([points, points])]), TAU)
+        count = int(np.isfinite(self.low[k]).sum())
+        inside, low, high = self.inside[k, :count], self.low[k, :count], self.high[k, :count]
+        if inside.all():
+            return IntervalSet.full()
+        # Seen from an arc that is not feasible, the feasible ones form runs that do not cross the seam.
+        turn = -int(np.argmin(inside))
+        run = np.roll(inside, turn)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], run.astype(int), [0]])))
+        first, last = np.roll(low, turn)[edges[::2]], np.roll(high, turn)[edges[1::2] - 1]
+        last = last + TAU * (last < first)
+        alone = np.isfinite(self.points[k, :count]) & ~inside & ~np.roll(inside, 1)
+        points = low[alone]
+        pairs = np.vstack([np.column_stack([first, last]), np.column_stack([points, points])])
+        return IntervalSet(pairs, TAU)
 
 
 def feasible_arcs(self_motion: SelfMotion, x: FloatArray) -> tuple[FeasibleArcs, ...]:
@@ -74,15 +86,19 @@ def feasible_arcs(self_motion: SelfMotion, x: FloatArray) -> tuple[FeasibleArcs,
     result = []
     for branch in range(len(self_motion.branches)):
         mine = breaks.on_branch[..., branch] & np.isfinite(breaks.u)
-        points = np.where(mine & holds, breaks.u, np.nan)
-        low = np.sort(np.where(mine, breaks.u, np.nan), axis=1)  # NaN last
-        count = np.isfinite(low).sum(axis=1)
-        high = np.roll(low, -1, axis=1)
-        high[np.arange(len(low)), count - 1] = low[:, 0] + TAU
-        middle = 0.5 * (low + high)
-        q, ok = self_motion.solve(pose, np.nan_to_num(middle), branch)
+        u = np.where(mine, breaks.u, np.nan)
+        order = np.argsort(u, axis=1, kind="stable")  # NaN last
+        low = np.take_along_axis(u, order, axis=1)
+        held = np.take_along_axis(mine & holds, order, axis=1)
+        last = (np.arange(len(low)), np.isfinite(low).sum(axis=1) - 1)
+        high, held_next = np.roll(low, -1, axis=1), np.roll(held, -1, axis=1)
+        high[last], held_next[last] = low[:, 0] + TAU, held[:, 0]
+        q, ok = self_motion.solve(pose, np.nan_to_num(0.5 * (low + high)), branch)
         within = (self_motion.limits.excess(q) <= _ON_LIMIT).all(axis=-1)
         with np.errstate(invalid="ignore"):
             inside = ok & within & (high - low > _SHORTEST_ARC)
+            # Two causes may share one point up to rounding; what lies between them is no gap.
+            inside |= held & held_next & (high - low <= _AT_POINT)
+        points = np.where(held, low, np.nan)
         result.append(FeasibleArcs(low, high, inside, points))
     return tuple(result)

@@ -1,8 +1,8 @@
 """The problem file's form, derived from the signatures of the classes it names.
 
-A class that is entered in one of the registries (`PATHS`, `ARMS`, `PLANNERS`, …) can at once be named in a problem file:
-its fields are the parameters of its constructor. Types are checked here, by pydantic; what the values mean is checked
-by the constructors.
+A class that is entered in one of the registries (`PATHS`, `ARMS`, `PLANNERS`, …) can at once be named in a problem
+file: its fields are the parameters of its constructor. Types are checked here, by pydantic; what the values mean is
+checked by the constructors.
 """
 
 from __future__ import annotations
@@ -184,9 +184,7 @@ def _nested(hint: Any, name: str, value: Any) -> Any:
     if hint in _NESTED:
         return inside(name, build, _NESTED[hint], value)
     if get_origin(hint) is Sequence and get_args(hint)[0] in _NESTED:
-        return [
-            inside(f"{name}.{k}", build, _NESTED[get_args(hint)[0]], item) for k, item in enumerate(value)
-        ]
+        return [inside(f"{name}.{k}", build, _NESTED[get_args(hint)[0]], item) for k, item in enumerate(value)]
     return value
 
 

@@ -54,8 +54,8 @@ def read_trajectory(file: str | os.PathLike[str], n: int) -> Trajectory:
     Raises
     ------
     InvalidInputError
-        If columns are missing, a value is no finite number, r descends or leaves [0, 1], or there are fewer than two rows;
-        naming row and column.
+        Naming row and column: if columns are missing, a value is no finite number, r descends or leaves [0, 1], or
+        there are fewer than two rows.
     """
     source = os.fspath(file)
     try:
@@ -103,7 +103,5 @@ def _number(text: str, k: int, column: str, source: str) -> float:
     except ValueError:
         value = np.nan
     if not np.isfinite(value) or abs(value) > 1e9:
-        raise InvalidInputError(
-            f"row {k + 1}, column {column}", "is not a finite number", "correct it", text, source
-        )
+        raise InvalidInputError(f"row {k + 1}, column {column}", "is not a finite number", "correct it", text, source)
     return value

@@ -27,9 +27,7 @@ class DifferentialEvolution(Optimizer):
     kind = "differential_evolution"
     smallest_population = 5
 
-    def _drive(
-        self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator
-    ) -> None:
+    def _drive(self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> None:
         first = uniform(rng, lower, upper, self.population)
         if self.iterations == 1:
             evaluate(first)
@@ -67,9 +65,7 @@ class CMAES(Optimizer):
     kind = "cma"
     smallest_population = 4
 
-    def _drive(
-        self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator
-    ) -> None:
+    def _drive(self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> None:
         if len(lower) < 2:
             raise InvalidInputError(
                 "optimizer.kind", "cma needs two variables or more", "use pso, gwo, ga or differential_evolution", "cma"

@@ -202,9 +202,7 @@ class Optimizer(ABC):
         return recorder.result()
 
     @abstractmethod
-    def _drive(
-        self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator
-    ) -> None:
+    def _drive(self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> None:
         """Spend the budget."""
 
 
@@ -223,9 +221,7 @@ class AskTell(Optimizer):
     def tell(self, state: Any, values: FloatArray) -> None:
         """Take the values of the population last asked for and move on, changing `state`."""
 
-    def _drive(
-        self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator
-    ) -> None:
+    def _drive(self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> None:
         state = self.start(lower, upper, rng)
         for _ in range(self.iterations):
             self.tell(state, evaluate(self.ask(state)))

@@ -32,9 +32,9 @@ class GA(AskTell):
     Notes
     -----
     Each generation is sorted and its better half kept. Parents are drawn from it by rank-weighted roulette,
-    ``P_k ∝ K + 1 − k``. Each pair has two children: at one crossover variable they are the blends ``x_ma − β(x_ma − x_pa)`` and
-    ``x_pa + β(x_ma − x_pa)``, and the variables to the right of it are exchanged. Then ``⌈(population − 1)·d·0.1⌉``
-    entries, none of them in the best row, are redrawn uniformly.
+    ``P_k ∝ K + 1 − k``. Each pair has two children: at one crossover variable they are the blends
+    ``x_ma − β(x_ma − x_pa)`` and ``x_pa + β(x_ma − x_pa)``, and the variables to the right of it are exchanged. Then
+    ``⌈(population − 1)·d·0.1⌉`` entries, none of them in the best row, are redrawn uniformly.
     """
 
     kind = "ga"

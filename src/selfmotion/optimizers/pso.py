@@ -1,4 +1,4 @@
-"""Particle swarm optimization (Kennedy, Eberhart 1995), as the seed runs it and as it converges (Clerc, Kennedy 2002)."""
+"""Particle swarm optimization (Kennedy, Eberhart 1995), undamped as in the seed, or as Clerc and Kennedy (2002)."""
 
 from __future__ import annotations
 
@@ -84,9 +84,7 @@ class PSO(AskTell):
         g = state.p[np.argmin(state.p_value)]
         chi, omega, phi1, phi2 = _VARIANTS[self.variant]
         beta1, beta2 = state.rng.random((2, *state.x.shape))
-        state.v = chi * (
-            omega * state.v + phi1 * beta1 * (state.p - state.x) + phi2 * beta2 * (g - state.x)
-        )
+        state.v = chi * (omega * state.v + phi1 * beta1 * (state.p - state.x) + phi2 * beta2 * (g - state.x))
         moved = state.x + state.v
         state.x = np.clip(moved, state.lower, state.upper)
         if self.walls == "absorb":

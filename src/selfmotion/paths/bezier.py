@@ -34,9 +34,7 @@ class Bezier(Path):
     def __init__(self, control_points: Points) -> None:
         points = finite_array("control_points", control_points, 2, 2)
         if len(points) < 2:
-            raise InvalidInputError(
-                "control_points", f"has {len(points)} point", "give at least two", control_points
-            )
+            raise InvalidInputError("control_points", f"has {len(points)} point", "give at least two", control_points)
         if (points == points[0]).all():
             raise InvalidInputError(
                 "control_points", "all coincide: the path has no length", "move one of them", control_points

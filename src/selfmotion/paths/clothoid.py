@@ -63,8 +63,7 @@ class Clothoid(Path):
 
     def __repr__(self) -> str:
         return (
-            f"Clothoid({self.center.tolist()}, {self.factor!r}, {self.coefficients.tolist()}, "
-            f"{self.t_range.tolist()})"
+            f"Clothoid({self.center.tolist()}, {self.factor!r}, {self.coefficients.tolist()}, {self.t_range.tolist()})"
         )
 
     def _panels(self) -> FloatArray:

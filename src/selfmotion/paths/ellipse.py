@@ -90,9 +90,7 @@ class Circle(Ellipse):
 
     kind = "circle"
 
-    def __init__(
-        self, center: Point, radius: float, start_angle: float = 0.0, clockwise: bool = False
-    ) -> None:
+    def __init__(self, center: Point, radius: float, start_angle: float = 0.0, clockwise: bool = False) -> None:
         radius = positive("radius", radius)
         super().__init__(center, [radius, radius], 0.0, start_angle, -2 * np.pi if clockwise else 2 * np.pi)
 

@@ -48,13 +48,9 @@ class Lissajous(Path):
         self.phase = number("phase", phase, -1e3, 1e3)
 
     def __repr__(self) -> str:
-        return (
-            f"Lissajous({self.center.tolist()}, {self.radii.tolist()}, {self.frequencies.tolist()}, {self.phase!r})"
-        )
+        return f"Lissajous({self.center.tolist()}, {self.radii.tolist()}, {self.frequencies.tolist()}, {self.phase!r})"
 
     def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
         rates = 2 * np.pi * self.frequencies
-        waves = self.radii * rates**order * np.sin(
-            r[:, None] * rates + np.array([self.phase, 0.0]) + order * np.pi / 2
-        )
+        waves = self.radii * rates**order * np.sin(r[:, None] * rates + np.array([self.phase, 0.0]) + order * np.pi / 2)
         return waves + self.center if order == 0 else waves

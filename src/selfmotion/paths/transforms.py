@@ -34,9 +34,7 @@ class Transformed(Path):
 
     kind = "transformed"
 
-    def __init__(
-        self, path: Path, scale: float = 1.0, rotation: float = 0.0, translation: Point = (0.0, 0.0)
-    ) -> None:
+    def __init__(self, path: Path, scale: float = 1.0, rotation: float = 0.0, translation: Point = (0.0, 0.0)) -> None:
         self.path = path
         self.factor = positive("scale", scale)
         self.rotation = number("rotation", rotation, -1e3, 1e3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -55,11 +56,14 @@ class Waypoints(Path):
     def __repr__(self) -> str:
         return f"Waypoints({self.points.tolist()}, {self.interpolation!r})"
 
-    def _fit(self):  # type: ignore[no-untyped-def]
+    def _fit(self) -> Callable[..., FloatArray]:
         from scipy.interpolate import CubicSpline
 
         closed = len(self.points) > 2 and (self.points[0] == self.points[-1]).all()
-        return CubicSpline(self.knots, self.points, bc_type="periodic" if closed else "not-a-knot")
+        spline: Callable[..., FloatArray] = CubicSpline(
+            self.knots, self.points, bc_type="periodic" if closed else "not-a-knot"
+        )
+        return spline
 
     @property
     def breaks(self) -> FloatArray:

@@ -19,8 +19,8 @@ from selfmotion.plans import Plan
 from selfmotion.problem import Problem, same_direction
 from selfmotion.profiles import Profile, SinusoidProfile
 
-# Candidates are evaluated in blocks of at most this many joint angles at once.
-_BLOCK = 4_000_000
+# Candidates are evaluated in blocks of about this many joint angles: what stays in the processor's cache.
+_BLOCK = 16_000
 # Samples needed per oscillation, so that the chord sum sees what the curve does.
 _SAMPLES_PER_CYCLE = 8
 # A candidate is inside the domain if it leaves it by rounding only: radians, or parts of the reach.
@@ -50,9 +50,9 @@ class Candidates:
     def __call__(self, population: FloatArray) -> FloatArray:
         """Return the values of a population, shape (p, d), as the optimizers rank them.
 
-        The value of a feasible candidate is its chord sum over the samples. One that leaves the angle domain is ranked, after
-        all feasible ones, by how far it leaves: by the largest shortfall of reach (in parts of the reach) plus each
-        joint's largest overrun of its limits [rad].
+        The value of a feasible candidate is its chord sum over the samples. One that leaves the angle domain is ranked,
+        after all feasible ones, by how far it leaves: by the largest shortfall of reach (in parts of the reach) plus
+        each joint's largest overrun of its limits [rad].
         """
         rows = max(1, _BLOCK // (len(self._r) * self.problem.arm.n))
         blocks = [self._block(population[k : k + rows]) for k in range(0, len(population), rows)]
@@ -133,9 +133,7 @@ class Parametric(Planner):
             "optimizer": {"kind": self.optimizer.kind, **self.optimizer.settings()},
         }
         history = tuple(results[branch].history for branch in branches)
-        return Plan(
-            problem, motion, self.kind, parameters, evaluations, time.perf_counter() - began, history
-        )
+        return Plan(problem, motion, self.kind, parameters, evaluations, time.perf_counter() - began, history)
 
     def _check(self, problem: Problem, profile: Profile) -> None:
         """Refuse what a profile with few coefficients cannot promise."""

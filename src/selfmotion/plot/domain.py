@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from selfmotion._types import FloatArray
+from selfmotion.angles import TAU, wrap
 from selfmotion.domain import AngleDomain
-from selfmotion.intervals import TAU, IntervalSet
+from selfmotion.intervals import IntervalSet
 from selfmotion.plot.style import COLORS, DASHES, INK, REGION
 
 if TYPE_CHECKING:
@@ -18,6 +19,25 @@ if TYPE_CHECKING:
 
 _SAMPLES = 801
 _BINS = 720
+
+
+_Rows = list[tuple[float, float, float]]
+
+
+class Strip(NamedTuple):
+    """A part of the region that is one interval wide.
+
+    Attributes
+    ----------
+    rows : array, shape (k, 3)
+        (r, lower, upper).
+    low_edge, high_edge : bool
+        Whether its lower and upper side bound the region.
+    """
+
+    rows: FloatArray
+    low_edge: bool = True
+    high_edge: bool = True
 
 
 class DomainOutline:
@@ -54,16 +74,34 @@ class DomainOutline:
         lifted = np.unwrap(u)
         return np.asarray(lifted - TAU * np.rint((np.mean(lifted) - self.center) / TAU))
 
-    def quads(self) -> list[FloatArray]:
-        """Return the region as quadrilaterals between neighbouring samples, each of shape (4, 2)."""
-        result = []
-        for k in range(len(self.r) - 1):
-            left, right = self.r[k], self.r[k + 1]
-            for low, high in self.pieces[k]:
-                for low2, high2 in self.pieces[k + 1]:
-                    if low <= high2 and low2 <= high:
-                        result.append(np.array([[left, low], [right, low2], [right, high2], [left, high]]))
-        return result
+    def strips(self) -> list[Strip]:
+        """Return the region as strips that neither split nor merge, and what joins them.
+
+        A strip goes on while its interval overlaps exactly one interval of the next sample and is the only one to
+        do so. Where intervals split or merge, joining pieces bridge the two samples; only their outer edges are
+        edges of the region.
+        """
+        done: list[Strip] = []
+        running: list[_Rows] = []
+        for k, r in enumerate(self.r):
+            here = [(float(r), float(low), float(high)) for low, high in self.pieces[k]]
+            links = [[t for t in here if t[1] <= rows[-1][2] and rows[-1][1] <= t[2]] for rows in running]
+            following: list[_Rows] = []
+            continued = []
+            for rows, matches in zip(running, links, strict=True):
+                if len(matches) == 1 and sum(matches[0] in other for other in links) == 1:
+                    following.append([*rows, matches[0]])
+                    continued.append(matches[0])
+                    continue
+                done.append(Strip(np.array(rows)))
+                for match in matches:
+                    sources = [other[-1] for other, found in zip(running, links, strict=True) if match in found]
+                    lowest = rows[-1] == min(sources) and match == min(matches)
+                    highest = rows[-1] == max(sources) and match == max(matches)
+                    done.append(Strip(np.array([rows[-1], match]), lowest, highest))
+            following += [[piece] for piece in here if piece not in continued]
+            running = following
+        return done + [Strip(np.array(rows)) for rows in running]
 
 
 def _open_side(sets: list[IntervalSet]) -> float:
@@ -82,7 +120,7 @@ def _open_side(sets: list[IntervalSet]) -> float:
     longest = int(np.argmax(stops - starts))
     seam = middles[((starts[longest] + stops[longest]) // 2) % _BINS]
     center = seam + np.pi
-    return float(center - TAU * np.rint(center / TAU))
+    return float(wrap(center))
 
 
 def draw_domain(
@@ -101,14 +139,15 @@ def draw_domain(
     curves : mapping, optional
         Label to (r, u), both of shape (k,).
     """
-    from matplotlib.collections import LineCollection, PolyCollection
-
     outline = DomainOutline(domain, branch)
-    quads = outline.quads()
-    axes.add_collection(PolyCollection(quads, facecolor=REGION, edgecolor=REGION, linewidth=0.3))
-    edges = [quad[pair] for quad in quads for pair in ([0, 1], [3, 2])]
-    axes.add_collection(LineCollection(edges, colors=INK, linewidths=0.7))
-    values = [quad[:, 1] for quad in quads] or [np.array([-np.pi, np.pi])]
+    strips = outline.strips()
+    for strip in strips:
+        r, low, high = strip.rows.T
+        axes.fill_between(r, low, high, color=REGION, linewidth=0.3)
+        for edge, shown in ((low, strip.low_edge), (high, strip.high_edge)):
+            if shown:
+                axes.plot(r, edge, color=INK, linewidth=0.8)
+    values = [strip.rows[:, 1:] for strip in strips] or [np.array([-np.pi, np.pi])]
     for k, (label, (r, u)) in enumerate((curves or {}).items()):
         near = outline.near(u)
         values.append(near)
@@ -118,7 +157,7 @@ def draw_domain(
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(low - margin, high + margin)
     axes.set_xlabel("path parameter r")
-    axes.set_ylabel("direction of the last free link u [rad]")
+    axes.set_ylabel("redundancy parameter u [rad]")
     axes.set_title(f"angle domain, {domain.self_motion.branches[branch]} elbow")
     if curves:
         axes.legend(loc="best", handlelength=3)

@@ -34,4 +34,3 @@ def draw_joints(axes: Axes, plan: Plan) -> None:
     axes.set_ylabel("joint angle [rad]")
     axes.set_title("joint angles")
     axes.legend(loc="best", ncols=min(plan.problem.arm.n, 3), handlelength=3)
-

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +18,7 @@ REGION = "#dce6ee"
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 DASHES = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)), (0, (3, 1)), (0, (8, 2)))
 
-_SETTINGS = {
+_SETTINGS: dict[Any, Any] = {
     "font.size": 8.0,
     "axes.titlesize": 8.5,
     "axes.labelsize": 8.0,
@@ -86,6 +86,6 @@ def image_files(name: str, canvas: Figure) -> dict[str, bytes]:
         ("svg", {"metadata": {"Creator": "selfmotion", "Date": None}}),
     ):
         buffer = io.BytesIO()
-        canvas.savefig(buffer, format=suffix, **options)  # type: ignore[arg-type]
+        canvas.savefig(buffer, format=suffix, **options)
         files[f"{name}.{suffix}"] = buffer.getvalue()
     return files

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from selfmotion._types import FloatArray
 from selfmotion.plans import Plan
 from selfmotion.plot.style import COLORS, GREY, INK
 from selfmotion.problem import Problem
@@ -25,7 +26,16 @@ def draw_path(axes: Axes, problem: Problem) -> None:
     axes.plot(*x[-1], "s", color=COLORS[0], markersize=4, markerfacecolor="white", zorder=4)
     for point, label in ((x[0], "start"), (x[-1], "end")):
         axes.annotate(label, point, xytext=(5, -9), textcoords="offset points", color=INK, zorder=5)
-    axes.set_aspect("equal", adjustable="datalim")
+    _frame(axes, x)
+
+
+def _frame(axes: Axes, points: FloatArray) -> None:
+    """Show all of `points` with a margin, both axes to the same scale."""
+    low, high = points.reshape(-1, 2).min(axis=0), points.reshape(-1, 2).max(axis=0)
+    margin = 0.08 * float((high - low).max())
+    axes.set_xlim(low[0] - margin, high[0] + margin)
+    axes.set_ylim(low[1] - margin, high[1] + margin)
+    axes.set_aspect("equal", adjustable="box")
     axes.set_xlabel("x")
     axes.set_ylabel("y")
 
@@ -42,12 +52,10 @@ def draw_postures(axes: Axes, plan: Plan) -> None:
         axes.plot(
             chain[:, 0], chain[:, 1], "-o", color=tuple(light + t * (dark - light)), linewidth=0.9, markersize=1.8
         )
-    _, _, outer = plan.problem.arm.annulus
-    center = plan.problem.arm.annulus[0]
-    angle = np.linspace(-np.pi, np.pi, 361)
-    axes.autoscale(False)
-    axes.plot(
-        center[0] + outer * np.cos(angle), center[1] + outer * np.sin(angle), color=GREY, linestyle=":", linewidth=0.8
-    )
+    center, _, outer = plan.problem.arm.annulus
+    angle = np.linspace(-np.pi, np.pi, 721)
+    rim = center + outer * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    axes.plot(rim[:, 0], rim[:, 1], color=GREY, linestyle=":", linewidth=0.8)
     axes.plot(0, 0, "^", color=INK, markersize=6, zorder=5)
-    axes.set_title("postures, from light to dark; dotted: limit of reach")
+    _frame(axes, np.vstack([points.reshape(-1, 2), plan.problem.path(np.linspace(0, 1, 201))]))
+    axes.set_title("postures from light to dark; dotted: reach")

@@ -1,0 +1,230 @@
+"""The verdict on a sampled motion that anyone made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from selfmotion._types import FloatArray
+from selfmotion.angles import wrap
+from selfmotion.problem import Problem
+from selfmotion.verification import Failure
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """What is allowed of a trajectory that anyone made.
+
+    Attributes
+    ----------
+    tracking : float
+        Distance of the tool from the path at a row, as a part of the reach.
+    between : float
+        The same half-way between two rows, the joints moving on straight lines, as a controller interpolates.
+    limit : float
+        Overrun of a joint limit [rad].
+    step : float
+        Largest joint step between two rows [rad].
+    """
+
+    tracking: float = 1e-6
+    between: float = 1e-2
+    limit: float = 1e-9
+    step: float = 0.5
+
+
+# A step above _ODD_STEP that is _ODD_RATIO times faster than both its neighbours is a jump that rows hide.
+_ODD_STEP = 0.02
+_ODD_RATIO = 8.0
+# Two path parameters, or two angles, that count as the same.
+_SAME = 1e-9
+_ANGLE = 1e-6
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """The verdict on a sampled trajectory.
+
+    Attributes
+    ----------
+    max_tracking_error, max_tracking_error_between : float
+        At the rows, and half-way between them on straight joint lines.
+    min_limit_margin : float or None
+    max_joint_step : float
+    cost_sampled, l1_travel, l2_travel : float
+        The objective's chord sum over the rows, and plain travel.
+    failures : tuple of Failure
+        The worst of each kind, empty if the motion holds.
+    tolerances : Tolerances
+    """
+
+    max_tracking_error: float
+    max_tracking_error_between: float
+    min_limit_margin: float | None
+    max_joint_step: float
+    cost_sampled: float
+    l1_travel: float
+    l2_travel: float
+    failures: tuple[Failure, ...]
+    tolerances: Tolerances
+
+    @property
+    def holds(self) -> bool:
+        """Whether nothing failed."""
+        return not self.failures
+
+
+class _Sampled(NamedTuple):
+    """A motion under judgement and what is measured on it once."""
+
+    problem: Problem
+    r: FloatArray
+    q: FloatArray
+    allowed: Tolerances
+    miss: FloatArray
+    between: FloatArray
+    margins: FloatArray
+    steps: FloatArray
+
+    def failure(self, check: str, row: int, value: float, limit: float, joint: int | None = None) -> Failure:
+        """Return a failure at a row, counted from 0, and a joint, counted from 0."""
+        row %= len(self.r)
+        number = None if joint is None else joint + 1
+        return Failure(check, float(self.r[row]), float(value), float(limit), number, int(row) + 1)
+
+
+def judge(problem: Problem, r: FloatArray, q: FloatArray, tolerances: Tolerances | None = None) -> Judgement:
+    """Judge a sampled motion.
+
+    Parameters
+    ----------
+    problem : Problem
+    r : array, shape (k,)
+        Path parameters, not descending.
+    q : array, shape (k, n)
+        Joint angles [rad]; limited joints as they stand, free ones modulo 2π.
+    tolerances : Tolerances, optional
+
+    Returns
+    -------
+    Judgement
+
+    Notes
+    -----
+    Checked are: the tool on the path at the rows and half-way between them, joint limits, the elbow and the fixed
+    direction, start and end posture, closure of a cyclic motion, the whole of [0, 1] covered, and continuity. A step
+    breaks continuity if it exceeds ``step``, or if it is eight times faster in r than the steps before and after it.
+    """
+    allowed = tolerances or Tolerances()
+    arm, path = problem.arm, problem.path
+    q = np.where(arm.limits.limited, q, np.unwrap(q, axis=0))
+    halfway = 0.5 * (q[1:] + q[:-1])
+    motion = _Sampled(
+        problem,
+        r,
+        q,
+        allowed,
+        miss=np.linalg.norm(arm.forward(q) - path(r), axis=-1),
+        between=np.linalg.norm(arm.forward(halfway) - path(0.5 * (r[1:] + r[:-1])), axis=-1),
+        margins=arm.margins(q),
+        steps=np.abs(np.diff(q, axis=0)),
+    )
+    checks = (_coverage, _tracking, _limits, _continuity, _elbow, _direction, _ends, _closure)
+    margin = float(motion.margins.min())
+    return Judgement(
+        max_tracking_error=float(motion.miss.max()),
+        max_tracking_error_between=float(motion.between.max()),
+        min_limit_margin=margin if np.isfinite(margin) else None,
+        max_joint_step=float(motion.steps.max()),
+        cost_sampled=float(problem.objective.sampled(q, r, problem.weights)),
+        l1_travel=float(motion.steps.sum()),
+        l2_travel=float(np.linalg.norm(motion.steps, axis=1).sum()),
+        failures=tuple(failure for check in checks for failure in check(motion)),
+        tolerances=allowed,
+    )
+
+
+def _coverage(motion: _Sampled) -> Iterator[Failure]:
+    for end, row in ((0.0, 0), (1.0, -1)):
+        if abs(motion.r[row] - end) > _SAME:
+            yield motion.failure("coverage", row, motion.r[row], end)
+
+
+def _tracking(motion: _Sampled) -> Iterator[Failure]:
+    reach = motion.problem.arm.reach
+    for check, errors, allowed in (
+        ("tracking", motion.miss, motion.allowed.tracking),
+        ("tracking_between", motion.between, motion.allowed.between),
+    ):
+        worst = int(np.argmax(errors))
+        if errors[worst] > allowed * reach:
+            yield motion.failure(check, worst, errors[worst], allowed * reach)
+
+
+def _limits(motion: _Sampled) -> Iterator[Failure]:
+    for joint in np.flatnonzero(motion.margins.min(axis=0) < -motion.allowed.limit):
+        worst = int(np.argmin(motion.margins[:, joint]))
+        yield motion.failure("limits", worst, motion.margins[worst, joint], -motion.allowed.limit, int(joint))
+
+
+def _continuity(motion: _Sampled) -> Iterator[Failure]:
+    """One failure at most: the largest step if too large, else the step that stands out most from its neighbours."""
+    size = motion.steps.max(axis=1)
+    k, limit = int(np.argmax(size)), motion.allowed.step
+    if size[k] <= limit:
+        if len(size) < 3:
+            return
+        speed = size / np.maximum(np.diff(motion.r), _SAME)
+        padded = np.concatenate([speed[1:2], speed, speed[-2:-1]])
+        usual = np.maximum(_ODD_RATIO * np.maximum(padded[:-2], padded[2:]) * size / speed.clip(1e-300), _ODD_STEP)
+        k = int(np.argmax(size / usual))
+        limit = float(usual[k])
+    if size[k] > limit:
+        yield motion.failure("continuity", k + 1, size[k], limit, int(np.argmax(motion.steps[k])))
+
+
+def _elbow(motion: _Sampled) -> Iterator[Failure]:
+    if motion.problem.elbow == "any":
+        return
+    sine = np.sin(motion.q[:, 1]) * (1 if motion.problem.elbow == "positive" else -1)
+    worst = int(np.argmin(sine))
+    if sine[worst] < -_ANGLE:
+        yield motion.failure("elbow", worst, sine[worst], -_ANGLE, 1)
+
+
+def _direction(motion: _Sampled) -> Iterator[Failure]:
+    wanted = motion.problem.arm.direction
+    if wanted is None:
+        return
+    turned = np.abs(wrap(motion.q.sum(axis=1) - wanted))
+    worst = int(np.argmax(turned))
+    if turned[worst] > motion.allowed.tracking:
+        yield motion.failure("direction", worst, turned[worst], motion.allowed.tracking)
+
+
+def _ends(motion: _Sampled) -> Iterator[Failure]:
+    arm = motion.problem.arm
+    for name, posture, row in (("start", motion.problem.start, 0), ("end", motion.problem.end, -1)):
+        if posture is None:
+            continue
+        if posture.q is None:
+            off = np.abs(wrap(arm.u_of(motion.q[row]) - posture.u))
+        else:
+            off = motion.q[row] - posture.q
+            off = np.abs(np.where(arm.limits.limited, off, wrap(off)))
+        if off.max() > _ANGLE:
+            yield motion.failure(name, row, off.max(), _ANGLE)
+
+
+def _closure(motion: _Sampled) -> Iterator[Failure]:
+    if not motion.problem.cyclic:
+        return
+    gap = motion.q[-1] - motion.q[0]
+    if motion.problem.cyclic == "modulo":
+        gap = np.where(motion.problem.arm.limits.limited, gap, wrap(gap))
+    joint = int(np.argmax(np.abs(gap)))
+    if abs(gap[joint]) > _ANGLE:
+        yield motion.failure("closure", -1, abs(gap[joint]), _ANGLE, joint)
