@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from selfmotion._types import FloatArray
 
 TAU = 2 * np.pi
 
 
-def wrap(angle: ArrayLike) -> FloatArray:
+def wrap(angle: FloatArray | float) -> FloatArray:
     """Return angles modulo 2π, inside [−π, π]."""
-    return np.asarray(angle - TAU * np.rint(np.divide(angle, TAU)))
+    return np.asarray(angle - TAU * np.rint(angle / TAU))
 
 
 def nearest_turn(angle: FloatArray, reference: FloatArray) -> FloatArray:

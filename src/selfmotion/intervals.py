@@ -36,8 +36,7 @@ class IntervalSet:
     """
 
     def __init__(self, intervals: ArrayLike = (), period: float | None = None) -> None:
-        array = np.asarray(intervals, dtype=float)
-        pairs = finite_array("intervals", intervals, 2, 2) if array.size else np.empty((0, 2))
+        pairs = finite_array("intervals", intervals, 2, 2) if np.size(intervals) else np.empty((0, 2))
         if (pairs[:, 0] > pairs[:, 1]).any():
             raise InvalidInputError("intervals", "has lower above upper", "write (lower, upper)", intervals)
         self.period = None if period is None else positive("period", period)

@@ -132,8 +132,8 @@ class PlanarArm:
 
     def manipulability(self, q: ArrayLike) -> FloatArray:
         """Return Yoshikawa's √det(J Jᵀ), shape (...); zero at singular postures."""
-        jacobian = self.jacobian(q)
-        return np.sqrt(np.maximum(np.linalg.det(jacobian @ np.swapaxes(jacobian, -1, -2)), 0.0))
+        # The product of the singular values; the determinant itself would lose half the digits near zero.
+        return np.asarray(np.linalg.svd(self.jacobian(q), compute_uv=False).prod(axis=-1))
 
     def solve(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, BoolArray]:
         """Solve the inverse kinematics.

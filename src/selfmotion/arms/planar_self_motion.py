@@ -191,15 +191,13 @@ def _direction(vector: FloatArray) -> FloatArray:
 def _meetings(target: FloatArray, swing: float, distance: float) -> tuple[FloatArray, FloatArray]:
     """Return both angles t with ``|target − swing·e(t)| = distance``, NaN where there are none.
 
-    By half angles, ``sin²(τ/2) = (distance² − (R − swing)²)/(4 R swing)`` with R = |target| and t = ψ ± τ: all
-    digits survive where the circles touch.
+    By half angles, ``tan²(τ/2) = (distance² − (R − swing)²)/((R + swing)² − distance²)`` with R = |target| and
+    t = ψ ± τ: all digits survive where the circles touch.
     """
     radius, psi = np.hypot(target[:, 0], target[:, 1]), _direction(target)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        scale = 4 * radius * swing
-        sine2 = (distance - radius + swing) * (distance + radius - swing) / scale
-        cosine2 = (radius + swing - distance) * (radius + swing + distance) / scale
-        slack = _TOUCH * (radius + swing + distance) ** 2 / scale
-        meet = (sine2 >= -slack) & (cosine2 >= -slack)
+    sine2 = (distance - radius + swing) * (distance + radius - swing)
+    cosine2 = (radius + swing - distance) * (radius + swing + distance)
+    slack = _TOUCH * (radius + swing + distance) ** 2
+    meet = (sine2 >= -slack) & (cosine2 >= -slack) & (radius > 0)
     tau = np.where(meet, 2 * np.arctan2(np.sqrt(sine2.clip(0)), np.sqrt(cosine2.clip(0))), np.nan)
     return psi + tau, psi - tau

@@ -19,8 +19,8 @@ from selfmotion.intervals import IntervalSet
 _ON_LIMIT = 1e-12
 # A posture that meets all constraints only at one breakpoint is computed from that breakpoint to about this.
 _AT_POINT = 1e-10
-# Arcs shorter than this hold no representable posture of their own.
-_SHORTEST_ARC = 1e-15
+# Breakpoints nearer to each other than this are one breakpoint with two causes.
+_NO_ARC = 1e-14
 
 
 class FeasibleArcs(NamedTuple):
@@ -48,20 +48,20 @@ class FeasibleArcs(NamedTuple):
 
     def interval_set(self, k: int) -> IntervalSet:
         """Return the feasible parameters at task point `k`, on the circle of circumference 2π."""
-        count = int(np.isfinite(self.low[k]).sum())
-        inside, low, high = self.inside[k, :count], self.low[k, :count], self.high[k, :count]
+        real = np.flatnonzero(self.high[k] - self.low[k] > _NO_ARC)  # False where NaN
+        inside, low, high = self.inside[k, real], self.low[k, real], self.high[k, real]
         if inside.all():
             return IntervalSet.full()
-        # Seen from an arc that is not feasible, the feasible ones form runs that do not cross the seam.
-        turn = -int(np.argmin(inside))
-        run = np.roll(inside, turn)
-        edges = np.flatnonzero(np.diff(np.concatenate([[0], run.astype(int), [0]])))
-        first, last = np.roll(low, turn)[edges[::2]], np.roll(high, turn)[edges[1::2] - 1]
-        last = last + TAU * (last < first)
-        alone = np.isfinite(self.points[k, :count]) & ~inside & ~np.roll(inside, 1)
-        points = low[alone]
-        pairs = np.vstack([np.column_stack([first, last]), np.column_stack([points, points])])
-        return IntervalSet(pairs, TAU)
+        # Counted from an arc that is not feasible, the feasible ones form runs that do not cross the count's end.
+        turn = int(np.argmin(inside))
+        order = (turn + np.arange(len(real))) % len(real)
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], inside[order].astype(int), [0]])))
+        first, last = order[edges[::2]], order[edges[1::2] - 1]
+        runs = np.column_stack([low[first], high[last] + TAU * (last < first)])
+        after = np.searchsorted(real, np.arange(self.points.shape[1])) % len(real)
+        alone = np.isfinite(self.points[k]) & ~inside[after] & ~inside[after - 1]
+        points = self.points[k, alone]
+        return IntervalSet(np.vstack([runs, np.column_stack([points, points])]), TAU)
 
 
 def feasible_arcs(self_motion: SelfMotion, x: FloatArray) -> tuple[FeasibleArcs, ...]:
@@ -96,7 +96,7 @@ def feasible_arcs(self_motion: SelfMotion, x: FloatArray) -> tuple[FeasibleArcs,
         q, ok = self_motion.solve(pose, np.nan_to_num(0.5 * (low + high)), branch)
         within = (self_motion.limits.excess(q) <= _ON_LIMIT).all(axis=-1)
         with np.errstate(invalid="ignore"):
-            inside = ok & within & (high - low > _SHORTEST_ARC)
+            inside = ok & within & (high - low > _NO_ARC)
             # Two causes may share one point up to rounding; what lies between them is no gap.
             inside |= held & held_next & (high - low <= _AT_POINT)
         points = np.where(held, low, np.nan)

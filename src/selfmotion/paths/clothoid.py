@@ -77,12 +77,14 @@ class Clothoid(Path):
             farthest = max(abs(a), abs(b))
             # |p'| ≤ Σ k |c_k| t^(k−1) is enough for the bound: it is exact where the powers agree in sign.
             middle = 0.5 * (a + b)
-            local = np.abs(_taylor(self._terms[1], middle)) @ (0.5 * (b - a)) ** np.arange(len(slope))
-            if min(float(polyval(farthest, slope)), float(local)) * (b - a) <= _VARIATION:
+            with np.errstate(over="ignore", invalid="ignore"):
+                local = np.abs(_taylor(self._terms[1], middle)) @ (0.5 * (b - a)) ** np.arange(len(slope))
+                variation = min(float(polyval(farthest, slope)), float(local)) * (b - a)
+            if variation <= _VARIATION:
                 continue
             edges.add(middle)
             todo += [(a, middle), (middle, b)]
-            if len(edges) > _MAX_PANELS or not np.isfinite(local):
+            if len(edges) > _MAX_PANELS or not a < middle < b or not np.isfinite(variation):
                 raise InvalidInputError(
                     "coefficients",
                     "turn the path round tens of thousands of times",

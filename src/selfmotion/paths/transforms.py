@@ -208,9 +208,10 @@ class ArcLength(Path):
                 newton = t - miss / self._speed(t)
             inside = (newton >= low) & (newton <= high)
             step = np.where(inside, newton, 0.5 * (low + high))
-            if np.abs(step - t).max(initial=0.0) <= 1e-16:
-                break
+            moved = np.abs(step - t).max(initial=0.0)
             t = step
+            if moved <= 1e-15:
+                break
         return np.where(r == 1.0, 1.0, t)
 
     @property

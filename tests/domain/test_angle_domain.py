@@ -1,0 +1,72 @@
+"""The angle domain along a path: what is blocked, and from where to where."""
+
+import numpy as np
+import pytest
+
+import selfmotion as sm
+from selfmotion.domain import blocked_stretches
+from selfmotion.domain.angle_domain import stretches
+
+
+def test_along_the_seed_s_path(seed_arm, seed_path):
+    domain = sm.angle_domain(seed_arm, seed_path)
+    assert 0.3 in domain(0.0, "positive")
+    assert domain(0.0, "positive") == domain(0.0, 0)
+    for r in np.linspace(0, 1, 21):
+        assert domain(r, "negative").measure == 0  # 0 ≤ θ2: only the folds are left
+    assert domain.empty_stretches(501, [0, 1]) == []
+    assert len(domain.empty_stretches(501, [0])) == 0
+
+
+def test_partly_out_of_reach():
+    """Unit 3R, |θ_i| ≤ 2, x = 1.5: reachable only for |y| ≤ √(9 − 2.25) = 2.598."""
+    arm = sm.PlanarArm([1, 1, 1], [(-2, 2)] * 3)
+    blocked = blocked_stretches(arm, sm.Line([1.5, -3], [1.5, 3.5]), 1000, [0, 1])
+    limit = np.sqrt(9 - 2.25)
+    assert [part.cause for part in blocked] == ["out of reach", "out of reach"]
+    assert blocked[0].r == (0.0, pytest.approx((3 - limit) / 6.5, abs=1e-12))
+    assert blocked[1].r == (pytest.approx((3 + limit) / 6.5, abs=1e-12), 1.0)
+    assert blocked[1].short_by == pytest.approx(np.hypot(1.5, 3.5) - 3, abs=1e-12)
+
+
+def test_every_point_reachable_is_not_blocked_pointwise():
+    """Unit 3R, |θ_i| ≤ 1.45, the segment x = 1.5: no continuous motion exists, yet no point is empty."""
+    arm = sm.PlanarArm([1, 1, 1], [(-1.45, 1.45)] * 3)
+    assert blocked_stretches(arm, sm.Line([1.5, -2.5], [1.5, 2.5]), 1000, [0, 1]) == []
+
+
+def test_joint_limits_block_inside_reach():
+    arm = sm.PlanarArm([1, 1, 1], [(-0.5, 0.5)] * 3)
+    path = sm.Line([2.9, 0], [0.5, 0])
+    blocked = blocked_stretches(arm, path, 1000, [0, 1])
+    assert [part.cause for part in blocked] == ["joint limits"]
+    low, high = blocked[0].r
+    assert high == 1.0
+    # Nearest point reached with every |θ| ≤ 0.5, by brute force over the joints.
+    grid = np.linspace(-0.5, 0.5, 81)
+    q = np.stack(np.meshgrid(np.linspace(-0.5, 0.5, 2001), grid, grid, indexing="ij"), axis=-1)
+    tip = arm.forward(q[::25])
+    reached = np.abs(tip[..., 1]) < 0.02
+    nearest = tip[..., 0][reached].min()
+    assert 2.9 - 2.4 * low == pytest.approx(nearest, abs=0.02)
+
+
+def test_stretches_are_found_to_rounding():
+    holds = lambda r: (r > 1 / 3) & (r < 0.5)  # noqa: E731
+    ((low, high),) = stretches(holds, np.linspace(0, 1, 50))
+    assert low == pytest.approx(1 / 3, abs=1e-14)
+    assert high == pytest.approx(0.5, abs=1e-14)
+    assert stretches(lambda r: r >= 0, np.linspace(0, 1, 5)) == [(0.0, 1.0)]
+    assert stretches(lambda r: r < 0, np.linspace(0, 1, 5)) == []
+
+
+def test_the_circle_of_a_4r_with_fixed_direction():
+    arm = sm.PlanarArm([7, 7, 4, 1.5], direction=-np.pi / 3)
+    domain = sm.angle_domain(arm, sm.Circle([6, 4], 4))
+    for r in np.linspace(0, 1, 9):
+        for branch in (0, 1):
+            intervals = domain(r, branch)
+            u = np.linspace(-np.pi, np.pi, 721)
+            np.testing.assert_array_equal(
+                intervals.contains(u), arm.solve(domain.path(r), u[:, None], branch)[1], err_msg=str(r)
+            )
