@@ -1,7 +1,7 @@
 """Adaptive Gauss–Kronrod quadrature that evaluates whole rounds of panels in one call.
 
 The rule is the (7, 15) pair of QUADPACK (Piessens et al. 1983). The error reported is the plain sum of
-|K15 − G7| over the panels plus a rounding allowance: G7 is far less accurate than the K15 that is
+``|K15 − G7|`` over the panels plus a rounding allowance: G7 is far less accurate than the K15 that is
 returned, so on integrands that the panels resolve this overestimates the error by orders of magnitude.
 It is an estimate all the same, not a proof.
 """
@@ -58,7 +58,7 @@ def integrate(function: Callable[[FloatArray], FloatArray], edges: FloatArray, t
     edges : array, shape (p + 1,)
         Ascending panel ends to start from; the integrand may have kinks or jumps at them.
     tolerance : float
-        Panels are bisected until the error estimate is below `tolerance` × the integral of |f|, or
+        Panels are bisected until the error estimate is below `tolerance` × the integral of ``|f|``, or
         rounding forbids more.
 
     Returns

@@ -56,7 +56,9 @@ def random_case(rng):
     for _ in links:
         kind = rng.integers(0, 6)
         low = rng.uniform(-2 * np.pi, np.pi)
-        span = (None, None, rng.uniform(0, 1), rng.uniform(1, 6), rng.uniform(5.5, 14), 10.0 ** rng.uniform(-9, -1))[kind]
+        span = (None, None, rng.uniform(0, 1), rng.uniform(1, 6), rng.uniform(5.5, 14), 10.0 ** rng.uniform(-9, -1))[
+            kind
+        ]
         limits.append(None if span is None else (low, low + span))
     reach = links[:3].sum()
     radius = reach * rng.uniform(0, 1.02)

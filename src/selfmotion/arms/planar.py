@@ -168,7 +168,7 @@ class PlanarArm:
         return planar_ik(self.links, points, directions, _SIGNS[self.branch_index(branch)])
 
     def reach_margin(self, x: ArrayLike, u: ArrayLike) -> FloatArray:
-        """Return the signed distance of |w| to [|l1 − l2|, l1 + l2], shape (...); negative out of reach."""
+        """Return the signed distance of ``|w|`` to ``[|l1 − l2|, l1 + l2]``, shape (...); negative out of reach."""
         return self.solve_with_margin(x, u)[1]
 
     def rates(self, x: ArrayLike, dx: ArrayLike, u: ArrayLike, du: ArrayLike, branch: int | str = 0) -> FloatArray:

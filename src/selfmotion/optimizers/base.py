@@ -21,14 +21,15 @@ from selfmotion.errors import InvalidInputError
 BatchFunction = Callable[[FloatArray], FloatArray]
 Progress = Callable[[int, int, float], None]
 
-INFEASIBLE = 1e150
-"""Values from here on mean "infeasible by value / INFEASIBLE": ordered among themselves, above every cost."""
+INFEASIBLE = 1e100
+"""Values from here on mean "infeasible by value / INFEASIBLE − 1": ordered by violation, above every cost."""
+_WORST = 1e30  # as a violation; squares of values must not overflow in other people's optimizers
 
 
 def penalised(cost: FloatArray, violation: FloatArray) -> FloatArray:
     """Return values that rank every feasible candidate by its cost, below all infeasible ones by their violation."""
-    worst = np.nan_to_num(violation, nan=np.inf, posinf=1e100)
-    return np.where(worst > 0, INFEASIBLE * np.clip(worst, 1e-30, 1e100), cost)
+    worst = np.minimum(np.nan_to_num(violation, nan=_WORST), _WORST)
+    return np.where(worst > 0, INFEASIBLE * (1.0 + worst), cost)
 
 
 @dataclass
@@ -101,7 +102,7 @@ class Recorder:
         """Evaluate a population, shape (p, d); NaN counts as the worst possible value."""
         candidates = np.array(population, dtype=float)
         values = np.asarray(self._function(candidates), dtype=float)
-        values = np.where(np.isnan(values), INFEASIBLE * 1e100, values)
+        values = np.where(np.isnan(values), INFEASIBLE * _WORST, values)
         least = int(np.argmin(values))
         if self.best_x is None or values[least] < self.best_value:
             self.best_x, self.best_value = candidates[least], float(values[least])

@@ -38,7 +38,7 @@ class PSO(AskTell):
         See :class:`~selfmotion.optimizers.base.Optimizer`.
     variant : {"seed", "canonical"}
         ``seed`` has χ = ω = 1 and φ1 = φ2 = 1.5 as the paper states: the plain, undamped update. ``canonical`` is Clerc
-        and Kennedy's φ1 = φ2 = 2.05 with χ = 2/|2 − φ − √(φ² − 4φ)| = 0.7298.
+        and Kennedy's φ1 = φ2 = 2.05 with ``χ = 2/|2 − φ − √(φ² − 4φ)| = 0.7298``.
     walls : {"absorb", "clip"}
         A particle that leaves the box is put on its wall; ``absorb`` also stops its velocity across the wall, ``clip``
         keeps it. For the undamped variant this decides the outcome, so it is part of every result.

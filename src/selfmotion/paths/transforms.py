@@ -153,7 +153,7 @@ class ArcLength(Path):
     Notes
     -----
     With s the arc length and L the total, ``x_r = L x'/|x'|`` and ``x_rr = L² (x'' − T (T·x''))/|x'|²``,
-    T the unit tangent. Where the original path stops (|x'| = 0, a cusp or a repeated control point) the
+    T the unit tangent. Where the original path stops (``|x'| = 0``, a cusp or a repeated control point) the
     tangent is taken from a neighbouring point. The inverse of s is found by Newton's method, kept in
     its bracket by bisection, to about 1e-14.
     """

@@ -193,7 +193,7 @@ class Parametric(Planner):
             if value < INFEASIBLE
         ]
         if not found:
-            least = min(result.value for result in results.values()) / INFEASIBLE
+            least = min(result.value for result in results.values()) / INFEASIBLE - 1.0
             raise NothingFeasibleError(
                 f"none of {evaluations} candidates stays inside the angle domain; the best leaves it by {least:.3g}",
                 "try another offset, a smaller amplitude or other bounds",

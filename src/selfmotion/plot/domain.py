@@ -78,13 +78,13 @@ class DomainOutline:
         """Return the region as strips that neither split nor merge, and what joins them.
 
         A strip goes on while its interval overlaps exactly one interval of the next sample and is the only one to
-        do so. Where intervals split or merge, joining pieces bridge the two samples; only their outer edges are
+        do so; single points belong to none. Where intervals split or merge, joining pieces bridge the two samples; only their outer edges are
         edges of the region.
         """
         done: list[Strip] = []
         running: list[_Rows] = []
         for k, r in enumerate(self.r):
-            here = [(float(r), float(low), float(high)) for low, high in self.pieces[k]]
+            here = [(float(r), float(low), float(high)) for low, high in self.pieces[k] if high > low]
             links = [[t for t in here if t[1] <= rows[-1][2] and rows[-1][1] <= t[2]] for rows in running]
             following: list[_Rows] = []
             continued = []
@@ -102,6 +102,11 @@ class DomainOutline:
             following += [[piece] for piece in here if piece not in continued]
             running = following
         return done + [Strip(np.array(rows)) for rows in running]
+
+    def points(self) -> FloatArray:
+        """Return where a single posture is feasible, such as a fold, as rows (r, u)."""
+        found = [(r, low) for r, piece in zip(self.r, self.pieces, strict=True) for low, high in piece if low == high]
+        return np.array(found).reshape(-1, 2)
 
 
 def _open_side(sets: list[IntervalSet]) -> float:
@@ -147,13 +152,16 @@ def draw_domain(
         for edge, shown in ((low, strip.low_edge), (high, strip.high_edge)):
             if shown:
                 axes.plot(r, edge, color=INK, linewidth=0.8)
-    values = [strip.rows[:, 1:] for strip in strips] or [np.array([-np.pi, np.pi])]
+    points = outline.points()
+    axes.plot(points[:, 0], points[:, 1], ".", color=INK, markersize=1.2, markeredgewidth=0)
+    values = [strip.rows[:, 1:] for strip in strips] + [points[:, 1]]
     for k, (label, (r, u)) in enumerate((curves or {}).items()):
         near = outline.near(u)
         values.append(near)
         axes.plot(r, near, color=COLORS[k % len(COLORS)], linestyle=DASHES[k % len(DASHES)], label=label)
-    low, high = min(v.min() for v in values), max(v.max() for v in values)
-    margin = 0.06 * (high - low)
+    shown = np.concatenate([np.ravel(part) for part in values])
+    low, high = (shown.min(), shown.max()) if len(shown) else (-np.pi, np.pi)
+    margin = 0.06 * max(high - low, 1e-3)
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(low - margin, high + margin)
     axes.set_xlabel("path parameter r")

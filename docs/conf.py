@@ -1,0 +1,30 @@
+"""Sphinx configuration; the tables of parts are generated from the registries at every build."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from tables import write_tables
+
+import selfmotion
+
+project = "selfmotion"
+author = "The selfmotion developers"
+release = version = selfmotion.__version__
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
+source_suffix = {".md": "markdown"}
+exclude_patterns = ["_build", "_generated"]
+html_theme = "furo"
+html_title = f"selfmotion {release}"
+html_extra_path = ["problem.schema.json"]
+myst_enable_extensions = ["dollarmath", "colon_fence"]
+myst_heading_anchors = 3
+autodoc_default_options = {"members": True, "inherited-members": True, "show-inheritance": True}
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_use_ivar = True
+
+write_tables(Path(__file__).parent / "_generated")

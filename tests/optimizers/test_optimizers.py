@@ -1,0 +1,230 @@
+"""Every optimizer of the registry: same seed, same bits; inside the box; better than random search."""
+
+import numpy as np
+import pytest
+
+import selfmotion as sm
+from selfmotion.optimizers import INFEASIBLE, OPTIMIZERS, AskTell, penalised
+
+SEEDS = 20
+# Twenty generations of 100: the same 2000 evaluations for all.
+BUDGET = {"population": 100, "iterations": 20}
+SHIFT = np.array([1.3, -0.7])
+
+
+def rosenbrock(x):
+    y = x - SHIFT + 1
+    return 100 * (y[:, 1] - y[:, 0] ** 2) ** 2 + (1 - y[:, 0]) ** 2
+
+
+def rastrigin(x):
+    y = x - SHIFT
+    return 20 + (y**2 - 10 * np.cos(2 * np.pi * y)).sum(axis=1)
+
+
+PROBLEMS = {
+    "sphere": (lambda x: ((x - SHIFT) ** 2).sum(axis=1), (-5.12, 5.12)),
+    "rosenbrock": (rosenbrock, (-5.0, 10.0)),
+    "rastrigin": (rastrigin, (-5.12, 5.12)),
+}
+
+
+def variants():
+    for kind, optimizer in OPTIMIZERS.items():
+        if kind == "pso":
+            yield "pso seed", lambda **k: sm.PSO(variant="seed", **k)
+            yield "pso canonical", lambda **k: sm.PSO(variant="canonical", **k)
+        elif kind != "random":
+            yield kind, optimizer
+
+
+class DoNothing(AskTell):
+    """Evaluates the middle of the box again and again."""
+
+    kind = "nothing"
+
+    def start(self, lower, upper, rng):
+        return np.tile((lower + upper) / 2, (self.population, 1))
+
+    def ask(self, state):
+        return state
+
+    def tell(self, state, values):
+        pass
+
+
+def median(make, problem, **budget):
+    function, bounds = PROBLEMS[problem]
+    runs = [make(bounds=bounds, seed=seed, **(budget or BUDGET)).minimize(function, 2) for seed in range(SEEDS)]
+    assert {run.evaluations for run in runs} == {2000}
+    return float(np.median([run.value for run in runs]))
+
+
+@pytest.fixture(scope="module")
+def random_median():
+    return {problem: median(sm.RandomSearch, problem) for problem in PROBLEMS}
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+@pytest.mark.parametrize(("name", "make"), list(variants()), ids=lambda v: v if isinstance(v, str) else "")
+def test_beats_random_search_at_equal_evaluations(name, make, problem, random_median):
+    assert median(make, problem) < random_median[problem]
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_doing_nothing_does_not(problem, random_median):
+    assert median(DoNothing, problem) > random_median[problem]
+
+
+@pytest.mark.parametrize("dimension", [1, 2, 5])
+@pytest.mark.parametrize("kind", OPTIMIZERS)
+def test_same_seed_same_bits_inside_the_box_full_history(kind, dimension):
+    if kind == "cma" and dimension == 1:
+        pytest.skip("cma needs two variables")
+    seen = []
+
+    def function(x):
+        seen.append(x.copy())
+        return ((x - 0.3) ** 2).sum(axis=1)
+
+    bounds = [(-1.0, 0.5 + j) for j in range(dimension)]
+    np.random.seed(99)  # noqa: NPY002 (global state must not matter)
+    first = OPTIMIZERS[kind](8, 12, bounds, seed=7).minimize(function, dimension)
+    assert len(seen) == 12  # one batch per generation
+    assert all(x.shape == (8, dimension) for x in seen)
+    everything = np.vstack(seen)
+    assert (everything >= -1.0).all()
+    assert (everything <= np.array(bounds)[:, 1]).all()
+    np.random.seed(1)  # noqa: NPY002
+    again = OPTIMIZERS[kind](8, 12, bounds, seed=7).minimize(function, dimension)
+    np.testing.assert_array_equal(first.population, again.population)
+    other = OPTIMIZERS[kind](8, 12, bounds, seed=8).minimize(function, dimension)
+    assert (first.population != other.population).any()
+    np.testing.assert_array_equal(first.population, everything)
+    assert first.value == first.values.min() == function(first.x[None])[0]
+    history = first.history
+    assert history.evaluations == list(range(8, 97, 8))
+    assert history.best == [first.values[:k].min() for k in history.evaluations]
+    assert history.mean[0] == pytest.approx(first.values[:8].mean())
+    assert len(history.time_s) == 12
+    assert (np.diff(history.time_s) >= 0).all()
+
+
+@pytest.mark.parametrize("kind", OPTIMIZERS)
+def test_nan_is_never_best(kind):
+    def function(x):
+        values = (x**2).sum(axis=1)
+        values[::2] = np.nan
+        return values
+
+    result = OPTIMIZERS[kind](8, 6, (-1, 1), seed=0).minimize(function, 2)
+    assert result.value < 10
+    assert not np.isnan(result.values).any()
+
+
+def test_infeasible_candidates_rank_below_all_feasible_ones_and_by_violation():
+    values = penalised(np.array([1e9, 1.0, 2.0, 3.0]), np.array([0.0, 1e-9, 5.0, np.nan]))
+    assert np.argsort(values).tolist() == [0, 1, 2, 3]
+    assert (values[1:] >= INFEASIBLE).all()
+    assert values[2] / INFEASIBLE - 1 == pytest.approx(5.0)
+
+
+def test_canonical_constriction_is_clerc_and_kennedy_s():
+    from selfmotion.optimizers.pso import _VARIANTS
+
+    chi, _, phi1, phi2 = _VARIANTS["canonical"]
+    phi = phi1 + phi2
+    assert chi == pytest.approx(2 / abs(2 - phi - np.sqrt(phi**2 - 4 * phi)), abs=1e-15)
+    assert chi == pytest.approx(0.7298, abs=5e-5)
+
+
+def test_pso_step_is_equation_23():
+    pso = sm.PSO(population=3, bounds=(-100, 100), variant="seed")
+    state = pso.start(np.full(2, -100.0), np.full(2, 100.0), np.random.default_rng(5))
+    x = pso.ask(state).copy()
+    pso.tell(state, np.array([3.0, 1.0, 2.0]))
+    np.testing.assert_array_equal(state.v[1], 0.0)  # the best particle is at its own and the swarm's best
+    x2 = pso.ask(state).copy()
+    v, p, g = state.v.copy(), state.p.copy(), x[1]
+    state.rng = np.random.default_rng(0)
+    beta1, beta2 = np.random.default_rng(0).random((2, 3, 2))
+    pso.tell(state, np.array([9.0, 9.0, 9.0]))
+    moved = x2 + v + 1.5 * beta1 * (p - x2) + 1.5 * beta2 * (g - x2)
+    np.testing.assert_allclose(pso.ask(state), np.clip(moved, -100, 100))
+
+
+def test_undamped_swarm_hits_the_walls_and_walls_differ():
+    function = PROBLEMS["sphere"][0]
+    runs = {
+        walls: sm.PSO(10, 60, (-5, 5), 0, variant="seed", walls=walls).minimize(function, 2)
+        for walls in ("absorb", "clip")
+    }
+    assert (np.abs(runs["clip"].population) == 5).any()
+    assert (runs["clip"].population != runs["absorb"].population).any()
+
+
+def test_gwo_leaders_persist_and_an_old_alpha_is_not_demoted():
+    gwo = sm.GWO(population=3, iterations=10, bounds=(-1, 1))
+    state = gwo.start(-np.ones(1), np.ones(1), np.random.default_rng(0))
+    x = gwo.ask(state).copy()
+    gwo.tell(state, np.array([2.0, 1.0, 3.0]))
+    # wolf 0 is α first; wolf 1 replaces it, and the old α becomes nothing; wolf 2 becomes β
+    np.testing.assert_array_equal(state.leaders[0], x[1])
+    np.testing.assert_array_equal(state.leader_values, [1.0, 3.0, np.inf])
+
+
+def test_gwo_is_not_shift_invariant_and_pso_is():
+    def error(make, shift):
+        def function(x):
+            return np.abs(x[:, 0] - shift)
+
+        runs = [make(bounds=(shift - 50, shift + 50), seed=seed).minimize(function, 1).value for seed in range(20)]
+        return np.median(runs)
+
+    assert error(sm.GWO, 100.0) > 20 * error(sm.GWO, 0.0)
+    assert error(sm.PSO, 100.0) == pytest.approx(error(sm.PSO, 0.0), rel=0.5, abs=1e-6)
+
+
+def test_ga_keeps_its_best_row():
+    ga = sm.GA(population=10, bounds=(-1, 1))
+    state = ga.start(-np.ones(3), np.ones(3), np.random.default_rng(0))
+    for _ in range(30):
+        x = ga.ask(state).copy()
+        values = (x**2).sum(axis=1)
+        ga.tell(state, values)
+        np.testing.assert_array_equal(state.x[0], x[np.argmin(values)])
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"population": 0},
+        {"population": 2.5},
+        {"population": True},
+        {"iterations": 0},
+        {"iterations": 10**9},
+        {"bounds": (1, 0)},
+        {"bounds": (0, np.nan)},
+        {"bounds": (0, 0)},
+        {"bounds": "ab"},
+        {"bounds": (0, 1, 2)},
+        {"seed": -1},
+        {"seed": 1.5},
+        {"seed": None},
+        {"variant": "fast"},
+        {"walls": "bounce"},
+    ],
+)
+def test_bad_settings_are_refused_by_field(bad):
+    with pytest.raises(sm.InvalidInputError) as caught:
+        sm.PSO(**bad)
+    assert caught.value.field in bad
+
+
+def test_wrong_number_of_bounds_and_cma_in_one_dimension():
+    with pytest.raises(sm.InvalidInputError):
+        sm.PSO(bounds=[(0, 1), (0, 1)]).minimize(lambda x: x[:, 0], 3)
+    with pytest.raises(sm.InvalidInputError):
+        sm.CMAES().minimize(lambda x: x[:, 0], 1)
+    with pytest.raises(sm.InvalidInputError):
+        sm.GA(population=3)

@@ -1,0 +1,199 @@
+"""The command line as a user and as a script meet it."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import selfmotion
+from selfmotion.cli import _run
+
+
+@pytest.fixture
+def run(capsys):
+    def call(*arguments):
+        code = _run(list(arguments))
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return call
+
+
+def read(out):
+    return json.loads(out, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+
+
+def test_plan_prints_a_verdict(run, seed_file):
+    code, out, err = run("plan", seed_file())
+    assert code == 0
+    assert err == ""
+    assert out.startswith("solved: cost 5.")
+    assert "positive elbow" in out
+
+
+def test_plan_as_json_is_one_object(run, seed_file):
+    code, out, err = run("plan", seed_file(), "--json")
+    assert code == 0
+    assert err == ""
+    result = read(out)
+    assert result["status"] == "solved"
+    assert result["parameters"]["optimizer"]["seed"] == 1
+    assert result["evaluations"] == 40
+    other = read(run("plan", seed_file(), "--json", "--seed", "2")[1])
+    assert other["parameters"]["optimizer"]["seed"] == 2
+    assert other["cost"] != result["cost"]
+
+
+def test_plan_writes_its_folder_and_verify_accepts_it(run, seed_file, tmp_path):
+    out_dir = tmp_path / "out dir ü"
+    problem = seed_file(samples=120)
+    assert run("plan", problem, "--out", str(out_dir))[0] == 0
+    assert {"plan.json", "trajectory.csv", "domain.png", "domain.svg", "joints.png", "postures.svg"} <= set(
+        os.listdir(out_dir)
+    )
+    assert read((out_dir / "plan.json").read_text())["status"] == "solved"
+    assert run("plan", problem, "--out", str(out_dir))[0] == 0  # its own files it replaces
+    code, out, _ = run("verify", problem, str(out_dir / "trajectory.csv"), "--json")
+    assert code == 0
+    assert read(out)["status"] == "holds"
+    table = np.genfromtxt(out_dir / "trajectory.csv", delimiter=",", names=True)
+    assert table.dtype.names == ("r", "q1", "q2", "q3", "u1")
+    assert len(table) == 120
+
+
+def test_plan_does_not_touch_a_foreign_file(run, seed_file, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "trajectory.csv").write_text("mine")
+    code, out, err = run("plan", seed_file(), "--out", str(tmp_path / "out"))
+    assert code == 2
+    assert out == ""
+    assert "--force" in err
+    assert os.listdir(tmp_path / "out") == ["trajectory.csv"]
+    assert run("plan", seed_file(), "--out", str(tmp_path / "out"), "--force")[0] == 0
+
+
+def test_verify_says_where_and_why(run, seed_file, tmp_path, seed_plan):
+    r = np.linspace(0, 1, 300)
+    q = seed_plan(r)
+    q[150, 0] += 1e-3
+    file = tmp_path / "t.csv"
+    np.savetxt(file, np.column_stack([r, q]), delimiter=",", header="r,q1,q2,q3", comments="", fmt="%.17g")
+    code, out, err = run("verify", seed_file(), str(file), "--json")
+    assert code == 1
+    assert err == ""
+    result = read(out)
+    assert result["status"] == "broken"
+    assert result["failures"][0]["check"] == "tracking"
+    assert result["failures"][0]["row"] == 151
+    assert "tracking at r = 0.501672, row 151" in run("verify", seed_file(), str(file))[1]
+    assert run("verify", seed_file(), str(file), "--tolerance", "1e-2")[0] == 0
+
+
+def test_domain_writes_the_picture_and_its_data(run, seed_file, tmp_path):
+    code, out, _ = run("domain", seed_file(samples=50, planner=None), "--out", str(tmp_path / "d"))
+    assert code == 0
+    assert "positive and negative elbow" in out
+    data = read((tmp_path / "d" / "domain.json").read_text())
+    assert len(data["r"]) == len(data["u"]["positive"]) == 50
+    np.testing.assert_allclose(data["u"]["positive"][0], [[-2.06678, 1.67199]], atol=1e-5)
+
+
+def test_a_partly_unreachable_path_is_3_with_the_intervals(run, seed_file):
+    arm = {"kind": "planar", "links": [1, 1, 1], "limits": [[-2, 2]] * 3}
+    path = {"kind": "line", "start": [1.5, -3], "end": [1.5, 3.5]}
+    code, out, err = run("plan", seed_file(arm=arm, path=path), "--json")
+    assert code == 3
+    result = read(out)
+    assert result["status"] == "infeasible"
+    assert [part["cause"] for part in result["blocked"]] == ["out of reach"] * 2
+    assert result["blocked"][0]["r"][1] == pytest.approx((3 - np.sqrt(6.75)) / 6.5)
+    assert err.count("\n") == 1
+
+
+def test_nothing_feasible_is_4(run, seed_file):
+    planner = {"kind": "sinusoid", "offset": [0.3], "amplitude": [3.0]}
+    planner["optimizer"] = {"kind": "ga", "population": 4, "iterations": 2, "bounds": [2, 9]}
+    code, out, err = run("plan", seed_file(planner=planner), "--json")
+    assert code == 4
+    assert read(out)["status"] == "unknown"
+    assert "angle domain" in err
+
+
+@pytest.mark.parametrize(("arguments", "names"), [
+    (["plan", "absent.yaml"], ["absent.yaml", "does not exist"]),
+    (["plan", "."], ["is a folder"]),
+    (["plan"], ["Missing argument"]),
+    (["plan", "x", "--colour"], ["--colour"]),
+    (["frobnicate"], ["frobnicate"]),
+    (["verify", "{good}", "absent.csv"], ["absent.csv", "does not exist"]),
+    (["verify", "{good}", "{good}", "--max-step", "-1"], ["--max-step"]),
+    (["plan", "{good}", "--seed", "-3"], ["seed"]),
+    (["plan", "{good}", "--seed", "x"], ["--seed"]),
+    (["plan", "{good}", "--out", "{good}"], ["--out", "not a folder"]),
+    (["plan", "{no_planner}"], ["planner", "is missing"]),
+    (["domain", "{many}", "--out", "d"], ["arm", "redundant degrees"]),
+    (["plan", "{binary}"], ["{binary}", "not a UTF-8 text file"]),
+    (["plan", "{one_point}"], ["{one_point}", "path.control_points", "at least two"]),
+    (["plan", "{units}"], ["path", "units"]),
+])  # fmt: skip
+@pytest.mark.parametrize("as_json", [False, True])
+def test_bad_input_is_2_in_one_line(run, seed_file, tmp_path, monkeypatch, arguments, names, as_json):
+    monkeypatch.chdir(tmp_path)
+    files = {
+        "good": seed_file("good.json"),
+        "no_planner": seed_file("no_planner.json", planner=None),
+        "many": seed_file("many.json", arm={"kind": "planar", "links": [20, 20, 20, 20]}, planner=None),
+        "one_point": seed_file("one.json", path={"kind": "bezier", "control_points": [[50, 0]]}),
+        "units": seed_file("units.json", arm={"kind": "planar", "links": [0.3, 0.3, 0.2]}),
+        "binary": str(tmp_path / "binary.yaml"),
+    }
+    (tmp_path / "binary.yaml").write_bytes(bytes(range(256)))
+    before = sorted(os.listdir(tmp_path))
+    arguments = [argument.format(**files) for argument in arguments]
+    code, out, err = run(*arguments, *(["--json"] if as_json else []))
+    assert code == 2
+    assert err.startswith("selfmotion: ")
+    assert err.count("\n") == 1
+    assert all(name.format(**files) in err for name in names), err
+    if as_json:
+        assert read(out)["status"] == "error"
+    else:
+        assert out == ""
+    assert sorted(os.listdir(tmp_path)) == before
+
+
+def test_schema_and_version(run):
+    assert read(run("schema")[1])["title"] == "selfmotion problem"
+    assert run("--version")[1].strip() == selfmotion.__version__
+
+
+def test_a_closed_pipe_is_no_traceback(seed_file):
+    command = f"{sys.executable} -m selfmotion schema | head -c 1"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+
+
+def test_help_is_quick_and_imports_nothing_heavy():
+    code = (
+        "import sys; from selfmotion.cli import _run; _run(['--help']);"
+        "heavy = {'numpy', 'scipy', 'matplotlib', 'yaml', 'cma', 'rich.progress'} & set(sys.modules);"
+        "sys.exit(f'imported {heavy}' if heavy else 0)"
+    )
+    best = np.inf
+    for _ in range(5):
+        began = time.perf_counter()
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+        best = min(best, time.perf_counter() - began)
+        assert done.returncode == 0, done.stderr
+    bare = min(_time_bare() for _ in range(5))
+    assert best < 30 * bare  # a ratio, not a clock: bare Python starts in about a twentieth of that
+
+
+def _time_bare():
+    began = time.perf_counter()
+    subprocess.run([sys.executable, "-c", "pass"], check=True)
+    return time.perf_counter() - began

@@ -1,0 +1,88 @@
+"""The shape of the house: what is public, what it costs to import, and that every part is documented."""
+
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import selfmotion as sm
+from selfmotion.arms import ARMS
+from selfmotion.objectives import OBJECTIVES
+from selfmotion.optimizers import OPTIMIZERS
+from selfmotion.paths import PATHS
+from selfmotion.planners import PLANNERS
+from selfmotion.profiles import PROFILES
+
+REGISTRIES = {
+    "paths": PATHS,
+    "arms": ARMS,
+    "profiles": PROFILES,
+    "objectives": OBJECTIVES,
+    "optimizers": OPTIMIZERS,
+    "planners": PLANNERS,
+}
+PARTS = [(name, kind) for name, registry in REGISTRIES.items() for kind in registry]
+
+
+@pytest.mark.parametrize("name", sm.__all__)
+def test_every_public_name_is_there(name):
+    assert getattr(sm, name) is not None
+    assert name in dir(sm)
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'Plam'"):
+        sm.Plam  # noqa: B018
+
+
+def test_import_is_nearly_free():
+    heavy = "{'numpy', 'scipy', 'matplotlib', 'pydantic', 'typer', 'rich', 'yaml'} & set(sys.modules)"
+    code = f"import sys, selfmotion; heavy = {heavy}; sys.exit(str(heavy) if heavy else 0)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(("registry", "kind"), PARTS)
+def test_every_part_is_documented_under_its_kind(registry, kind):
+    part = REGISTRIES[registry][kind]
+    assert part.kind == kind
+    text = inspect.getdoc(part)
+    assert text
+    parameters = list(inspect.signature(part.__init__).parameters)[1:]
+    if parameters not in (["args", "kwargs"], []):
+        assert "Parameters" in text
+        for name in parameters:
+            assert name in text, f"{part.__name__} does not document {name}"
+
+
+@pytest.mark.parametrize("registry", [name for name in REGISTRIES if name != "profiles"])
+def test_the_docs_have_a_table_of_every_registry(registry, tmp_path):
+    docs = Path(__file__).parents[1] / "docs"
+    assert f"_generated/{registry}.md" in (docs / "problem-file.md").read_text(encoding="utf-8")
+    sys.path.insert(0, str(docs))
+    try:
+        from tables import write_tables
+    finally:
+        sys.path.remove(str(docs))
+    write_tables(tmp_path / "t")
+    table = (tmp_path / "t" / f"{registry}.md").read_text(encoding="utf-8")
+    for kind in REGISTRIES[registry]:
+        assert f"| `{kind}` |" in table
+
+
+EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)
+def test_every_example_runs(example):
+    done = subprocess.run([sys.executable, str(example)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout
+
+
+@pytest.mark.parametrize("problem", sorted(EXAMPLES[0].parent.glob("*.yaml")), ids=lambda path: path.name)
+def test_every_example_problem_is_solved(problem):
+    loaded = sm.load_problem(problem)
+    assert sm.plan(loaded.problem, loaded.planner).verification.holds

@@ -1,0 +1,87 @@
+"""Objectives: integrals with true error bounds, chord sums below them, and known values."""
+
+import numpy as np
+import pytest
+
+import selfmotion as sm
+from selfmotion.motion import Motion
+from selfmotion.objectives import OBJECTIVES, joint_weights
+from selfmotion.profiles import SinusoidProfile
+from selfmotion.quadrature import panel_edges
+
+PROFILE = SinusoidProfile([0.3], [0.4])
+
+
+def seed_motion(arm, path, f):
+    return Motion(arm, path, lambda r, order: PROFILE(np.array([f]), r, order), 0, 4000)
+
+
+def gauss_legendre(motion, objective, nodes):
+    from scipy.special import roots_legendre
+
+    x, w = roots_legendre(nodes)
+    return w @ objective.chord(motion.rates((x + 1) / 2), np.ones(nodes), np.ones(3)) / 2
+
+
+@pytest.mark.parametrize("f", [0.5385, 3.0, 15.0])
+def test_the_integral_and_its_error_bound(seed_arm, seed_path, f):
+    """Against Gauss–Legendre on ever more panels, a rule that shares no node with ours."""
+    motion, travel = seed_motion(seed_arm, seed_path, f), OBJECTIVES["joint_travel"]()
+    ours = travel.integral(motion.rates, panel_edges(seed_path.breaks, 64), np.ones(3))
+    x, w = np.polynomial.legendre.leggauss(40)
+    sums = []
+    for panels in (2000, 5000):
+        edges = np.linspace(0, 1, panels + 1)
+        r = (edges[:-1, None] + np.diff(edges)[:, None] * (x + 1) / 2).ravel()
+        values = travel.chord(motion.rates(r), np.ones(len(r)), np.ones(3)).reshape(panels, -1)
+        sums.append(float((values @ w).sum() / 2 / panels))
+    settled = abs(sums[1] - sums[0])
+    assert settled < 1e-9
+    assert abs(ours.value - sums[1]) <= ours.error + settled
+    assert ours.error <= 1e-8
+
+
+def test_at_the_best_f_within_1e8_of_4000_nodes(seed_arm, seed_path):
+    motion, travel = seed_motion(seed_arm, seed_path, 0.5385), OBJECTIVES["joint_travel"]()
+    ours = travel.integral(motion.rates, panel_edges(seed_path.breaks, 64), np.ones(3))
+    assert ours.value == pytest.approx(gauss_legendre(motion, travel, 4000), abs=1e-8)
+
+
+@pytest.mark.parametrize("kind", OBJECTIVES)
+def test_chord_sums_rise_to_the_integral(seed_arm, seed_path, kind):
+    motion, objective = seed_motion(seed_arm, seed_path, 1.7), OBJECTIVES[kind]()
+    integral = objective.integral(motion.rates, panel_edges(seed_path.breaks, 64), np.ones(3))
+    last = 0.0
+    for samples in (11, 101, 1001, 10_001):
+        r = np.linspace(0, 1, samples)
+        chord = objective.sampled(motion(r), r, np.ones(3))
+        assert last <= chord + 1e-12
+        assert chord <= integral.value + integral.error
+        last = chord
+    assert last == pytest.approx(integral.value, abs=1e-5)
+
+
+def test_known_values_on_straight_joint_lines():
+    r, weights = np.linspace(0, 1, 5), np.array([1.0, 2.0, 0.5])
+    q = np.outer(r, [3.0, -4.0, 0.0])
+    assert OBJECTIVES["joint_travel"]().sampled(q, r, weights) == pytest.approx(10**0.5 + 2 * 17**0.5 + 0.5)
+    assert OBJECTIVES["l1"]().sampled(q, r, weights) == pytest.approx(3 + 8)
+    assert OBJECTIVES["l2"]().sampled(q, r, weights) == pytest.approx((9 + 64) ** 0.5)
+    assert OBJECTIVES["joint_travel"]().sampled(0 * q, r, np.ones(3)) == pytest.approx(3.0)  # the floor: n
+
+
+@pytest.mark.parametrize("kind", OBJECTIVES)
+def test_every_objective_is_convex_and_homogeneous(kind):
+    rng, chord = np.random.default_rng(0), OBJECTIVES[kind].chord
+    a, b = rng.normal(size=(2, 500, 3))
+    ha, hb = rng.random((2, 500))
+    weights = rng.random(3)
+    both = chord(a, ha, weights) + chord(b, hb, weights)
+    assert (chord(a + b, ha + hb, weights) <= both + 1e-12).all()
+    np.testing.assert_allclose(chord(2.5 * a, 2.5 * ha, weights), 2.5 * chord(a, ha, weights))
+
+
+@pytest.mark.parametrize("bad", [[1, 1], [1, -1, 1], [0, 0, 0], [1, np.nan, 1], "abc"])
+def test_bad_weights_are_refused(bad):
+    with pytest.raises(sm.InvalidInputError):
+        joint_weights(bad, 3)
