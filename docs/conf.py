@@ -5,7 +5,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from tables import write_tables
+from tables import write_schema, write_tables
 
 import selfmotion
 
@@ -17,7 +17,7 @@ source_suffix = {".md": "markdown"}
 exclude_patterns = ["_build", "_generated"]
 html_theme = "furo"
 html_title = f"selfmotion {release}"
-html_extra_path = ["problem.schema.json"]
+html_extra_path = ["_generated/problem.schema.json"]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
 autodoc_default_options = {"members": True, "inherited-members": True, "show-inheritance": True}
@@ -26,5 +26,8 @@ autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 napoleon_use_ivar = True
+# "array, shape (n_u,)" is prose, but Sphinx looks up each word of a type and finds several n_u.
+suppress_warnings = ["ref.python"]
 
 write_tables(Path(__file__).parent / "_generated")
+write_schema(Path(__file__).parent / "_generated")

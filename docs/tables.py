@@ -1,9 +1,11 @@
-"""Tables of every part that a problem file can name, from the registries and their constructors' signatures."""
+"""Tables of every part that a problem file can name, and its JSON Schema, from the registries and signatures."""
 
 import inspect
+import json
 from pathlib import Path
 
 from selfmotion.arms import ARMS
+from selfmotion.exchange.schema import json_schema
 from selfmotion.objectives import OBJECTIVES
 from selfmotion.optimizers import OPTIMIZERS
 from selfmotion.paths import PATHS
@@ -51,3 +53,8 @@ def write_tables(folder: Path):
         file, text = folder / f"{name}.md", table(registry)
         if not file.exists() or file.read_text(encoding="utf-8") != text:
             file.write_text(text, encoding="utf-8")
+
+
+def write_schema(folder: Path):
+    """Write the JSON Schema of problem files."""
+    (folder / "problem.schema.json").write_text(json.dumps(json_schema(), indent=1) + "\n", encoding="utf-8")

@@ -64,7 +64,7 @@ def test_bad_problems_are_refused_by_field(case):
 
 def test_a_start_beyond_a_limit_names_joint_and_amount():
     q = ARM.solve(PATH(0.0), [0.3], 1)[0]
-    with pytest.raises(sm.InvalidInputError, match="joint 2 .* outside its limits"):
+    with pytest.raises(sm.InvalidInputError, match=r"joint 2 .* outside its limits"):
         sm.Problem(ARM, PATH, start={"q": q})
 
 

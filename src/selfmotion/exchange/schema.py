@@ -105,7 +105,12 @@ def form(section: str, kind: str) -> type[BaseModel]:
         fields[name] = (_field_type(hints[name]), list(default) if isinstance(default, tuple) else default)
     if section == "path":
         fields["direction"] = (Number | None, None)
-    return create_model(f"{section}_{kind}", __base__=_Form, __doc__=inspect.getdoc(_SECTIONS[section][kind]), **fields)
+    return create_model(f"{section}_{kind}", __base__=_Form, __doc__=_summary(_SECTIONS[section][kind]), **fields)
+
+
+def _summary(part: type) -> str:
+    """Return the first paragraph of a docstring on one line."""
+    return " ".join((inspect.getdoc(part) or "").split("\n\n")[0].split())
 
 
 def checked(model: type[BaseModel], data: Any) -> BaseModel:

@@ -78,8 +78,8 @@ class DomainOutline:
         """Return the region as strips that neither split nor merge, and what joins them.
 
         A strip goes on while its interval overlaps exactly one interval of the next sample and is the only one to
-        do so; single points belong to none. Where intervals split or merge, joining pieces bridge the two samples; only their outer edges are
-        edges of the region.
+        do so; single points belong to none. Where intervals split or merge, joining pieces bridge the two samples;
+        only their outer edges are edges of the region.
         """
         done: list[Strip] = []
         running: list[_Rows] = []
@@ -105,7 +105,8 @@ class DomainOutline:
 
     def points(self) -> FloatArray:
         """Return where a single posture is feasible, such as a fold, as rows (r, u)."""
-        found = [(r, low) for r, piece in zip(self.r, self.pieces, strict=True) for low, high in piece if low == high]
+        columns = zip(self.r, self.pieces, strict=True)
+        found = [(r, low) for r, pieces in columns for low, high in pieces if low == high]
         return np.array(found).reshape(-1, 2)
 
 
@@ -159,8 +160,8 @@ def draw_domain(
         near = outline.near(u)
         values.append(near)
         axes.plot(r, near, color=COLORS[k % len(COLORS)], linestyle=DASHES[k % len(DASHES)], label=label)
-    shown = np.concatenate([np.ravel(part) for part in values])
-    low, high = (shown.min(), shown.max()) if len(shown) else (-np.pi, np.pi)
+    extent = np.concatenate([np.ravel(part) for part in values])
+    low, high = (extent.min(), extent.max()) if len(extent) else (-np.pi, np.pi)
     margin = 0.06 * max(high - low, 1e-3)
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(low - margin, high + margin)
