@@ -48,3 +48,11 @@ def test_jumps_at_panel_edges_cost_nothing():
     result = integrate(lambda x: np.where(x < 0.25, 1.0, 3.0), np.array([0.0, 0.25, 1.0]))
     assert result.value == pytest.approx(2.5, abs=1e-14)
     assert result.error < 1e-13
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+def test_the_estimate_is_true_where_the_error_is_large(tolerance):
+    """Loosely integrated square roots and kinks: the true error is far above rounding, and below the estimate."""
+    for function, exact in ((np.sqrt, 2 / 3), (lambda x: np.abs(x - 0.3), 0.29)):
+        result = integrate(function, np.array([0.0, 1.0]), tolerance)
+        assert 1e-9 < abs(result.value - exact) <= result.error

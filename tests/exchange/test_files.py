@@ -58,6 +58,13 @@ def test_a_folder_that_cannot_be_one_is_refused_early(tmp_path, place):
         OutputFolder(tmp_path / place).check(["x"])
 
 
+def test_a_folder_in_a_file_s_place_is_refused(tmp_path):
+    (tmp_path / "x.txt").mkdir()
+    for force in (False, True):
+        with pytest.raises(sm.InvalidInputError, match="x.txt is a folder"):
+            OutputFolder(tmp_path, force).write({"x.txt": b"1"})
+
+
 def test_a_broken_manifest_protects_everything(tmp_path):
     OutputFolder(tmp_path).write({"x.txt": b"1"})
     (tmp_path / MANIFEST).write_text("not json")

@@ -214,6 +214,12 @@ def test_text_that_is_not_plain_data_is_refused(tmp_path, monkeypatch, case):
     assert list(tmp_path.iterdir()) == [file]
 
 
+def test_the_second_of_two_equal_keys_is_not_taken_silently():
+    with pytest.raises(sm.InvalidInputError, match="'arm' appears twice, line 2"):
+        parse_yaml("arm: 1\narm: 2", "t")
+    assert parse_yaml("arm: {a: 1}\npath: {a: 2}", "t") == {"arm": {"a": 1}, "path": {"a": 2}}
+
+
 def test_numbers_are_read_as_json_reads_them():
     text = "[1e-4, 1E5, -.5, 1., 0x10, 010, 1_000, yes, no, on, ~, null, true, 12:30, .nan, '1']"
     values = parse_yaml(text, "t")

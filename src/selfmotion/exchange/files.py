@@ -28,6 +28,8 @@ class OutputFolder:
     """
 
     def __init__(self, path: str | os.PathLike[str], force: bool = False) -> None:
+        if "\0" in os.fspath(path):
+            raise InvalidInputError("--out", "has a null character in it", "name another folder", path)
         self.path = Path(path)
         self.force = force
 
@@ -41,20 +43,22 @@ class OutputFolder:
         """
         try:
             if self.path.exists() and not self.path.is_dir():
-                raise InvalidInputError("--out", "is not a folder", "name a folder", str(self.path))
+                raise InvalidInputError("--out", f"{self.path} is not a folder", "name a folder")
             above = next(folder for folder in (self.path, *self.path.absolute().parents) if folder.exists())
             if not above.is_dir() or not os.access(above, os.W_OK):
-                raise InvalidInputError("--out", "cannot be written to", "name another folder", str(self.path))
+                raise InvalidInputError("--out", f"{self.path} cannot be written to", "name another folder")
             known = self._manifest()
             for name in names:
                 target = self.path / name
+                if target.is_dir():
+                    raise InvalidInputError("--out", f"{target} is a folder", "move it away or name another folder")
                 if self.force or not target.exists():
                     continue
-                if not target.is_file() or known.get(name) != _checksum(target.read_bytes()):
+                if known.get(name) != _checksum(target.read_bytes()):
                     raise InvalidInputError(
-                        "--out", "holds a file that selfmotion did not write", "add --force to replace it", str(target)
+                        "--out", f"{target} is not what selfmotion wrote", "add --force to replace it"
                     )
-        except (OSError, ValueError) as error:
+        except OSError as error:
             raise _cannot_write(self.path, error) from None
 
     def write(self, contents: Mapping[str, bytes]) -> list[Path]:
@@ -133,9 +137,9 @@ def read_text(file: str | os.PathLike[str], largest: int = 200_000_000) -> str:
     return text
 
 
-def _cannot_write(path: Path, error: Exception) -> InvalidInputError:
-    reason = getattr(error, "strerror", None) or str(error)
-    return InvalidInputError("--out", f"cannot be written to ({reason})", "name another folder", str(path))
+def _cannot_write(path: Path, error: OSError) -> InvalidInputError:
+    reason = error.strerror or str(error)
+    return InvalidInputError("--out", f"{path} cannot be written to ({reason})", "name another folder")
 
 
 def _checksum(data: bytes) -> str:

@@ -23,6 +23,8 @@ Progress = Callable[[int, int, float], None]
 
 INFEASIBLE = 1e100
 """Values from here on mean "infeasible by value / INFEASIBLE − 1": ordered by violation, above every cost."""
+MOST_EVALUATIONS = 20_000_000
+"""Largest budget of one run; all candidates are kept."""
 _WORST = 1e30  # as a violation; squares of values must not overflow in other people's optimizers
 
 
@@ -153,11 +155,15 @@ class Optimizer(ABC):
     def __init__(self, population: int = 20, iterations: int = 100, bounds: Box = (0.0, 15.0), seed: int = 0) -> None:
         self.population = integer("population", population, self.smallest_population, 100_000)
         self.iterations = integer("iterations", iterations, 1, 1_000_000)
-        self.bounds = np.asarray(bounds)
-        box = finite_array("bounds", bounds, 2 if self.bounds.ndim == 2 else 1, 2)
-        if not (box[..., 0] < box[..., 1]).all():
+        if self.population * self.iterations > MOST_EVALUATIONS:
+            raise InvalidInputError(
+                "iterations", f"with this population exceeds {MOST_EVALUATIONS} evaluations", "lower one of them", iterations
+            )
+        rows = bounds if isinstance(bounds, list | tuple | np.ndarray) else ()
+        one_pair = not any(isinstance(row, list | tuple | np.ndarray) for row in rows)
+        self.bounds = finite_array("bounds", bounds, 1 if one_pair else 2, 2)
+        if not (self.bounds[..., 0] < self.bounds[..., 1]).all():
             raise InvalidInputError("bounds", "has lower not below upper", "write [lower, upper]", bounds)
-        self.bounds = box
         self.seed = integer("seed", seed, 0, 2**63 - 1)
 
     def __repr__(self) -> str:
