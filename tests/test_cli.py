@@ -175,6 +175,7 @@ def test_a_closed_pipe_is_no_traceback(seed_file):
     command = f"{sys.executable} -m selfmotion schema | head -c 1"
     done = subprocess.run(command, shell=True, capture_output=True, text=True, check=False)
     assert done.stderr == ""
+    assert done.stdout == "{"
 
 
 def test_help_is_quick_and_imports_nothing_heavy():

@@ -7,7 +7,6 @@ import selfmotion as sm
 from selfmotion.motion import Motion
 from selfmotion.objectives import OBJECTIVES, joint_weights
 from selfmotion.profiles import SinusoidProfile
-from selfmotion.quadrature import panel_edges
 
 PROFILE = SinusoidProfile([0.3], [0.4])
 
@@ -27,7 +26,7 @@ def gauss_legendre(motion, objective, nodes):
 def test_the_integral_and_its_error_bound(seed_arm, seed_path, f):
     """Against Gauss–Legendre on ever more panels, a rule that shares no node with ours."""
     motion, travel = seed_motion(seed_arm, seed_path, f), OBJECTIVES["joint_travel"]()
-    ours = travel.integral(motion.rates, panel_edges(seed_path.breaks, 64), np.ones(3))
+    ours = travel.integral(motion.rates, seed_path.grid(64), np.ones(3))
     x, w = np.polynomial.legendre.leggauss(40)
     sums = []
     for panels in (2000, 5000):
@@ -43,14 +42,14 @@ def test_the_integral_and_its_error_bound(seed_arm, seed_path, f):
 
 def test_at_the_best_f_within_1e8_of_4000_nodes(seed_arm, seed_path):
     motion, travel = seed_motion(seed_arm, seed_path, 0.5385), OBJECTIVES["joint_travel"]()
-    ours = travel.integral(motion.rates, panel_edges(seed_path.breaks, 64), np.ones(3))
+    ours = travel.integral(motion.rates, seed_path.grid(64), np.ones(3))
     assert ours.value == pytest.approx(gauss_legendre(motion, travel, 4000), abs=1e-8)
 
 
 @pytest.mark.parametrize("kind", OBJECTIVES)
 def test_chord_sums_rise_to_the_integral(seed_arm, seed_path, kind):
     motion, objective = seed_motion(seed_arm, seed_path, 1.7), OBJECTIVES[kind]()
-    integral = objective.integral(motion.rates, panel_edges(seed_path.breaks, 64), np.ones(3))
+    integral = objective.integral(motion.rates, seed_path.grid(64), np.ones(3))
     last = 0.0
     for samples in (11, 101, 1001, 10_001):
         r = np.linspace(0, 1, samples)

@@ -148,4 +148,4 @@ def test_the_rest_of_the_problem_is_judged_too(seed_arm, seed_path, rows):
     closed = sm.Problem(seed_arm, sm.Circle([50, 0], 10), cyclic="exact")
     assert "closure" in checks(closed)
     turned = sm.PlanarArm([30, 30, 20, 5], direction=0.0)
-    assert "direction" in checks(sm.Problem(turned, seed_path), r, np.column_stack([q, 0 * r + 0.1]))
+    assert "tracking" in checks(sm.Problem(turned, seed_path), r, np.column_stack([q, 0 * r + 0.1]))

@@ -84,6 +84,29 @@ def choice(field: str, value: Any, options: Iterable[str]) -> str:
     raise InvalidInputError(field, "is not known", f"{hint}choose one of {', '.join(known)}", value)
 
 
+def positive_pair(field: str, value: Any) -> FloatArray:
+    """Return `value` as two finite numbers greater than zero."""
+    pair = finite_array(field, value, 1, 2)
+    if not (pair > 0).all():
+        raise InvalidInputError(field, "must be greater than zero", "give two positive numbers", value)
+    return pair
+
+
+def sweep_angle(field: str, value: Any) -> float:
+    """Return `value` as an angle that is not zero, of at most 1e4 rad."""
+    result = number(field, value, -1e4, 1e4)
+    if result == 0:
+        raise InvalidInputError(field, "is zero: the path has no length", "give an angle in radians", value)
+    return result
+
+
+def branch_index(branches: tuple[str, ...], branch: Any) -> int:
+    """Return the index of an IK branch given by its name or index."""
+    if isinstance(branch, str):
+        return branches.index(choice("branch", branch, branches))
+    return integer("branch", branch, 0, len(branches) - 1)
+
+
 def read_only(array: FloatArray) -> FloatArray:
     """Return `array`, locked, so that a finished object cannot be changed by accident."""
     array.flags.writeable = False

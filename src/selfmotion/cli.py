@@ -110,11 +110,7 @@ def domain(
         for branch, one in zip(case.branches, axes, strict=True):
             draw_domain(one, feasible, branch)
         files = image_files("domain", canvas)
-    result = {
-        "status": "infeasible" if blocked else "solved",
-        "blocked": [_blocked(part) for part in blocked] or None,
-        "version": __version__,
-    }
+    result = {"status": "drawn", "blocked": [_blocked(part) for part in blocked] or None, "version": __version__}
     files["domain.json"] = _json({**result, "r": case.rows.tolist(), "u": elbows}).encode()
     folder.write(files)
     if as_json:
@@ -151,25 +147,22 @@ def verify(
     trajectory: Annotated[str, typer.Argument(metavar="TRAJECTORY", help="CSV with columns r, q1, …, qn.")],
     as_json: JsonOption = False,
     tolerance: Annotated[
-        float, typer.Option("--tolerance", help="Tool off the path at a row, as a part of the reach.")
+        float, typer.Option("--tolerance", min=0.0, help="Tool off the path at a row, in parts of the reach.")
     ] = 1e-6,
     tolerance_between: Annotated[
-        float, typer.Option("--tolerance-between", help="The same between rows, on straight joint lines.")
+        float, typer.Option("--tolerance-between", min=0.0, help="The same between rows.")
     ] = 1e-2,
-    max_step: Annotated[float, typer.Option("--max-step", help="Largest joint step between rows [rad].")] = 0.5,
+    max_step: Annotated[
+        float, typer.Option("--max-step", min=0.0, help="Largest joint step between rows [rad].")
+    ] = 0.5,
 ) -> None:
     """Judge a motion that anyone made: tracking, limits, continuity, travel. Exit 0: it holds; 1: it does not."""
     from dataclasses import asdict
 
-    from selfmotion._checks import positive
     from selfmotion.exchange import load_problem, read_trajectory
     from selfmotion.judgement import Tolerances, judge
 
-    allowed = Tolerances(
-        positive("--tolerance", tolerance),
-        positive("--tolerance-between", tolerance_between),
-        step=positive("--max-step", max_step),
-    )
+    allowed = Tolerances(tolerance, tolerance_between, step=max_step)
     case, _ = load_problem(problem)
     motion = read_trajectory(trajectory, case.arm.n)
     verdict = judge(case, motion.r, motion.q, allowed)
@@ -277,10 +270,11 @@ def _progress(title: str) -> Iterator[Progress | None]:
         yield None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bars
 
     columns = [TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeRemainingColumn()]
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with Bars(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(title, total=None, best="")
 
         def report(done: int, total: int, best: float) -> None:

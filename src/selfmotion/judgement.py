@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from selfmotion._checks import finite_array, positive
 from selfmotion._types import FloatArray
 from selfmotion.angles import wrap
+from selfmotion.errors import InvalidInputError
 from selfmotion.problem import Problem
-from selfmotion.verification import Failure
+from selfmotion.verification import Failure, finite_or_none
 
 
 @dataclass(frozen=True)
@@ -28,12 +31,21 @@ class Tolerances:
         Overrun of a joint limit [rad].
     step : float
         Largest joint step between two rows [rad].
+
+    Raises
+    ------
+    InvalidInputError
+        If one of them is not a positive number.
     """
 
     tracking: float = 1e-6
     between: float = 1e-2
     limit: float = 1e-9
     step: float = 0.5
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            positive(field.name, getattr(self, field.name))
 
 
 # A step above _ODD_STEP that is _ODD_RATIO times faster than both its neighbours is a jump that rows hide.
@@ -96,7 +108,7 @@ class _Sampled(NamedTuple):
         return Failure(check, float(self.r[row]), float(value), float(limit), number, int(row) + 1)
 
 
-def judge(problem: Problem, r: FloatArray, q: FloatArray, tolerances: Tolerances | None = None) -> Judgement:
+def judge(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Tolerances | None = None) -> Judgement:
     """Judge a sampled motion.
 
     Parameters
@@ -112,14 +124,22 @@ def judge(problem: Problem, r: FloatArray, q: FloatArray, tolerances: Tolerances
     -------
     Judgement
 
+    Raises
+    ------
+    InvalidInputError
+        If shapes do not fit, r descends or leaves [0, 1], or a value is not finite.
+
     Notes
     -----
-    Checked are: the tool on the path at the rows and half-way between them, joint limits, the elbow and the fixed
-    direction, start and end posture, closure of a cyclic motion, the whole of [0, 1] covered, and continuity. A step
+    Checked are: the tool on the path at the rows and half-way between them, joint limits, the elbow,
+    start and end posture, closure of a cyclic motion, the whole of [0, 1] covered, and continuity. A step
     breaks continuity if it exceeds ``step``, or if it is eight times faster in r than the steps before and after it.
     """
     allowed = tolerances or Tolerances()
     arm, path = problem.arm, problem.path
+    r, q = finite_array("r", r, 1), finite_array("q", q, 2, arm.n)
+    if len(r) != len(q) or len(r) < 2 or r.min() < 0 or r.max() > 1 or (np.diff(r) < 0).any():
+        raise InvalidInputError("r", "does not run through q inside [0, 1]", "give two rows or more, r not descending")
     q = np.where(arm.limits.limited, q, np.unwrap(q, axis=0))
     halfway = 0.5 * (q[1:] + q[:-1])
     motion = _Sampled(
@@ -127,17 +147,16 @@ def judge(problem: Problem, r: FloatArray, q: FloatArray, tolerances: Tolerances
         r,
         q,
         allowed,
-        miss=np.linalg.norm(arm.forward(q) - path(r), axis=-1),
-        between=np.linalg.norm(arm.forward(halfway) - path(0.5 * (r[1:] + r[:-1])), axis=-1),
+        miss=arm.task_error(q, path(r)),
+        between=arm.task_error(halfway, path(0.5 * (r[1:] + r[:-1]))),
         margins=arm.margins(q),
         steps=np.abs(np.diff(q, axis=0)),
     )
-    checks = (_coverage, _tracking, _limits, _continuity, _elbow, _direction, _ends, _closure)
-    margin = float(motion.margins.min())
+    checks = (_coverage, _tracking, _limits, _continuity, _elbow, _ends, _closure)
     return Judgement(
         max_tracking_error=float(motion.miss.max()),
         max_tracking_error_between=float(motion.between.max()),
-        min_limit_margin=margin if np.isfinite(margin) else None,
+        min_limit_margin=finite_or_none(motion.margins.min()),
         max_joint_step=float(motion.steps.max()),
         cost_sampled=float(problem.objective.sampled(q, r, problem.weights)),
         l1_travel=float(motion.steps.sum()),
@@ -187,22 +206,13 @@ def _continuity(motion: _Sampled) -> Iterator[Failure]:
 
 
 def _elbow(motion: _Sampled) -> Iterator[Failure]:
-    if motion.problem.elbow == "any":
+    elbow = motion.problem.elbow
+    if elbow == "any":
         return
-    sine = np.sin(motion.q[:, 1]) * (1 if motion.problem.elbow == "positive" else -1)
-    worst = int(np.argmin(sine))
-    if sine[worst] < -_ANGLE:
-        yield motion.failure("elbow", worst, sine[worst], -_ANGLE, 1)
-
-
-def _direction(motion: _Sampled) -> Iterator[Failure]:
-    wanted = motion.problem.arm.direction
-    if wanted is None:
-        return
-    turned = np.abs(wrap(motion.q.sum(axis=1) - wanted))
-    worst = int(np.argmax(turned))
-    if turned[worst] > motion.allowed.tracking:
-        yield motion.failure("direction", worst, turned[worst], motion.allowed.tracking)
+    wrong = ~motion.problem.arm.is_on_branch(motion.q, elbow, _ANGLE)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        yield motion.failure("elbow", row, np.sin(motion.q[row, 1]), 0.0, 1)
 
 
 def _ends(motion: _Sampled) -> Iterator[Failure]:

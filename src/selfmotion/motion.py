@@ -9,9 +9,8 @@ from numpy.typing import ArrayLike
 
 from selfmotion._types import FloatArray
 from selfmotion.angles import nearest_turn
-from selfmotion.arms import PlanarArm
+from selfmotion.arms import RedundantArm
 from selfmotion.paths import Path
-from selfmotion.quadrature import panel_edges
 
 Curve = Callable[[FloatArray, int], FloatArray]
 """u(r) or du/dr: maps r of shape (k,) and an order, 0 or 1, to shape (k, n_u)."""
@@ -22,7 +21,7 @@ class Motion:
 
     Parameters
     ----------
-    arm : PlanarArm
+    arm : RedundantArm
     path : Path
     curve : callable
         The redundancy vector along the path; see `Curve`.
@@ -34,13 +33,13 @@ class Motion:
     """
 
     def __init__(
-        self, arm: PlanarArm, path: Path, curve: Curve, branch: int, nodes: int, start: FloatArray | None = None
+        self, arm: RedundantArm, path: Path, curve: Curve, branch: int, nodes: int, start: FloatArray | None = None
     ) -> None:
         self.arm = arm
         self.path = path
         self.branch = branch
         self._curve = curve
-        self._nodes = panel_edges(path.breaks, nodes)
+        self._nodes = path.grid(nodes)
         principal = arm.solve(path(self._nodes), curve(self._nodes, 0), branch)[0]
         self._lifted = arm.limits.lift(principal[None], start).q[0]
 

@@ -14,7 +14,7 @@ from selfmotion.motion import Motion
 from selfmotion.objectives import L1Travel, L2Travel, Objective
 from selfmotion.optimizers import History
 from selfmotion.problem import Problem
-from selfmotion.quadrature import Integral, panel_edges
+from selfmotion.quadrature import Integral
 from selfmotion.verification import Verification, verify_motion
 
 RESULT_FIELDS = (
@@ -39,8 +39,8 @@ def _plain(value: Any) -> Any:
 class Plan:
     """A joint motion along a path, with its cost and the check of itself.
 
-    Call it with r for the joint angles. Everything it says of itself it computes from the motion and the arm's forward
-    kinematics, not from what the planner believed.
+    Call it with r for the joint angles. Cost, tracking, limits and continuity it computes from the motion and the arm's
+    forward kinematics, not from what the planner believed.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ class Plan:
         return verify_motion(self.problem, self.motion)
 
     def _integral(self, objective: Objective, weights: FloatArray) -> Integral:
-        edges = panel_edges(self.problem.path.breaks, max(64, self.problem.samples // 4))
+        edges = self.problem.path.grid(max(64, self.problem.samples // 4))
         return objective.integral(self.motion.rates, edges, weights)
 
     @cached_property
@@ -141,6 +141,22 @@ class Plan:
 
     def summary(self) -> dict[str, Any]:
         """Return the result as the command line's ``--json`` prints it."""
-        names = [name for name in RESULT_FIELDS if name not in ("status", "blocked", "version")]
-        values = {name: getattr(self if hasattr(self, name) else self.verification, name) for name in names}
-        return result_object(status="solved" if self.verification.holds else "unknown", **values)
+        check = self.verification
+        return result_object(
+            status="solved" if check.holds else "unknown",
+            cost=self.cost,
+            cost_error=self.cost_error,
+            cost_sampled=self.cost_sampled,
+            lower_bound=self.lower_bound,
+            gap=self.gap,
+            l1_travel=self.l1_travel,
+            l2_travel=self.l2_travel,
+            max_tracking_error=check.max_tracking_error,
+            min_limit_margin=check.min_limit_margin,
+            max_joint_step=check.max_joint_step,
+            reconfigurations=self.reconfigurations,
+            planner=self.planner,
+            parameters=self.parameters,
+            evaluations=self.evaluations,
+            wall_time_s=self.wall_time_s,
+        )

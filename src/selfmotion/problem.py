@@ -11,20 +11,20 @@ from numpy.typing import ArrayLike
 
 from selfmotion._checks import choice, finite_array, integer, read_only
 from selfmotion._types import FloatArray
-from selfmotion.angles import wrap
-from selfmotion.arms import PlanarArm
-from selfmotion.domain import AngleDomain
+from selfmotion.arms import RedundantArm
+from selfmotion.domain import angle_domain
 from selfmotion.errors import InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
 from selfmotion.paths import Path
-from selfmotion.quadrature import panel_edges
 
 MAX_SAMPLES = 1_000_000
 # A posture given by its joints must have the tool on the path to this part of the reach.
 _ON_PATH = 1e-6
 # A posture may stand on a limit up to rounding.
 _ON_LIMIT = 1e-9
-_LOOK_AT = 1001
+# Beyond reach by less than this part of the reach is on its rim.
+_ROUNDING = 1e-12
+_LOOK_AT = 1000
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Problem:
 
     Parameters
     ----------
-    arm : PlanarArm
+    arm : RedundantArm
         With at least one redundant degree.
     path : Path
     start, end : array_like or mapping, optional
@@ -75,7 +75,7 @@ class Problem:
 
     def __init__(
         self,
-        arm: PlanarArm,
+        arm: RedundantArm,
         path: Path,
         start: ArrayLike | Mapping[str, Any] | None = None,
         end: ArrayLike | Mapping[str, Any] | None = None,
@@ -87,8 +87,6 @@ class Problem:
     ) -> None:
         self.arm = arm
         self.path = path
-        if arm.n_u < 1:
-            raise InvalidInputError("arm", "has no redundant degree of freedom", "add a joint or free the direction")
         self.samples = integer("samples", samples, 2, MAX_SAMPLES)
         self.elbow = choice("elbow", elbow, ("any", *arm.branches))
         self.cyclic = cyclic if cyclic is False else choice("cyclic", cyclic, ("exact", "modulo"))
@@ -108,7 +106,12 @@ class Problem:
         """Indices of the branches that may be used throughout."""
         if self.start is not None and self.start.branch is not None:
             return [self.start.branch]
-        return [0, 1] if self.elbow == "any" else [self.arm.branches.index(self.elbow)]
+        return self._elbow_branches
+
+    @property
+    def _elbow_branches(self) -> list[int]:
+        names = self.arm.branches
+        return list(range(len(names))) if self.elbow == "any" else [names.index(self.elbow)]
 
     @property
     def grid(self) -> FloatArray:
@@ -121,16 +124,13 @@ class Problem:
         return np.unique(np.concatenate([self.grid, self.path.waypoints]))
 
     def _check_reach(self) -> None:
-        center, inner, outer = self.arm.annulus
-        offsets = self.path(panel_edges(self.path.breaks, _LOOK_AT)) - center
-        distance = np.hypot(offsets[:, 0], offsets[:, 1])
-        slack = 1e-12 * self.arm.reach
-        if ((distance < inner - slack) | (distance > outer + slack)).all():
+        """Refuse a path that is out of reach everywhere: more often a matter of units than of the arm."""
+        short = self.arm.shortfall(self.path(self.path.grid(_LOOK_AT)))
+        if short.min() > _ROUNDING * self.arm.reach:
             raise InvalidInputError(
                 "path",
-                f"has no point in reach: it runs {distance.min():.6g} to {distance.max():.6g} away from "
-                f"{'the base' if self.arm.direction is None else 'the centre of reach'}, "
-                f"the arm reaches from {inner:.6g} to {outer:.6g}",
+                f"has no point in reach: its nearest point is {short.min():.6g} outside what the arm, of reach "
+                f"{self.arm.reach:.6g}, can get to",
                 "are the units of arm and path the same?",
             )
 
@@ -149,21 +149,20 @@ class Problem:
 
     def _from_joints(self, name: str, q: FloatArray, r: float) -> Posture:
         arm, target = self.arm, self.path(r)
-        miss = float(np.hypot(*(arm.forward(q) - target)))
+        miss = float(arm.task_error(q, target))
         if miss > _ON_PATH * arm.reach:
             raise InvalidInputError(
                 f"{name}.q",
-                f"puts the tool {miss:.6g} away from the path's point {np.round(target, 6).tolist()}",
-                "give joint angles that hold the tool on the path, or give u",
+                f"misses its task, the tool at {np.round(target, 6).tolist()}, by {miss:.6g}",
+                "give joint angles that hold the tool on the path (and in its direction), or give u",
                 q.tolist(),
             )
-        if arm.direction is not None and abs(np.sin((q.sum() - arm.direction) / 2)) > _ON_PATH:
-            raise InvalidInputError(f"{name}.q", "turns the last link away from its direction", "give u", q.tolist())
         branch = int(arm.branch_of(q))
-        if self.elbow not in ("any", arm.branches[branch]) and abs(np.sin(q[1])) > _ON_LIMIT:
-            raise InvalidInputError(
-                f"{name}.q", f"has a {arm.branches[branch]} elbow", f"elbow is {self.elbow}", q.tolist()
-            )
+        if branch not in self._elbow_branches:
+            branch = self._elbow_branches[0]
+            if not arm.is_on_branch(q, branch, _ON_LIMIT):
+                reason = f"is not on the {self.elbow} elbow"
+                raise InvalidInputError(f"{name}.q", reason, "change elbow or q", q.tolist())
         return Posture(arm.u_of(q), q, branch)
 
     def _check_inside(self, name: str, posture: Posture, r: float) -> None:
@@ -173,9 +172,8 @@ class Problem:
             excess = np.maximum(-arm.limits.margin(posture.q), 0.0)
             tried = [(excess, posture.q)]
         else:
-            allowed = [0, 1] if self.elbow == "any" else [arm.branches.index(self.elbow)]
             tried = []
-            for branch in allowed:
+            for branch in self._elbow_branches:
                 q, ok = arm.solve(target, posture.u, branch)
                 if not ok:
                     raise InvalidInputError(
@@ -196,17 +194,12 @@ class Problem:
         """Return in words where u may lie at `r`."""
         if self.arm.n_u != 1:
             return "choose another redundancy vector"
-        domain = AngleDomain(self.arm.self_motion(), self.path)
-        allowed = self.arm.branches if self.elbow == "any" else (self.elbow,)
-        parts = [f"{domain(r, branch)} with a {branch} elbow" for branch in allowed if domain(r, branch)]
+        domain = angle_domain(self.arm, self.path)
+        sets = [(domain(r, branch), self.arm.branches[branch]) for branch in self._elbow_branches]
+        parts = [f"{feasible} with a {branch} elbow" for feasible, branch in sets if feasible]
         return f"u may lie in {' or '.join(parts)}" if parts else "no posture is feasible there"
 
-    def offset_is_feasible(self, u: FloatArray, branch: int) -> bool:
+    def may_start_at(self, u: FloatArray, branch: int) -> bool:
         """Return whether a motion on `branch` may start with redundancy vector `u`."""
         q, ok = self.arm.solve(self.path(0.0), u, branch)
         return bool(ok) and bool((self.arm.limits.excess(q) <= _ON_LIMIT).all())
-
-
-def same_direction(a: FloatArray, b: FloatArray) -> bool:
-    """Return whether two redundancy vectors agree modulo 2π."""
-    return bool((np.abs(wrap(a - b)) <= _ON_LIMIT).all())

@@ -1,6 +1,6 @@
-"""Adaptive Gauss–Kronrod quadrature that evaluates whole rounds of panels in one call.
+"""Quadrature on many panels at once: adaptive Gauss–Kronrod with an error estimate, and plain Gauss.
 
-The rule is the (7, 15) pair of QUADPACK (Piessens et al. 1983). The error reported is the plain sum of
+The adaptive rule is the (7, 15) pair of QUADPACK (Piessens et al. 1983). The error reported is the plain sum of
 ``|K15 − G7|`` over the panels plus a rounding allowance: G7 is far less accurate than the K15 that is
 returned, so on integrands that the panels resolve this overestimates the error by orders of magnitude.
 It is an estimate all the same, not a proof.
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from selfmotion._types import FloatArray
+from selfmotion._types import FloatArray, IntArray
 
 _HALF_NODES = [
     0.991455371120812639206854697526329, 0.949107912342758524526189684047851,
@@ -36,6 +36,8 @@ _NODES = np.array([-x for x in _HALF_NODES[:-1]] + _HALF_NODES[::-1])
 _KRONROD = np.array(_HALF_KRONROD[:-1] + _HALF_KRONROD[::-1])
 _GAUSS = np.zeros(15)
 _GAUSS[1::2] = _HALF_GAUSS[:-1] + _HALF_GAUSS[::-1]
+
+_GAUSS16_NODES, _GAUSS16_WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 _MAX_ROUNDS = 60
 _MAX_PANELS = 200_000
@@ -99,6 +101,25 @@ def integrate(function: Callable[[FloatArray], FloatArray], edges: FloatArray, t
     return Integral(total, float(error) if np.isfinite(total + error) else np.inf)
 
 
-def panel_edges(breaks: FloatArray, panels: int) -> FloatArray:
-    """Return edges over [0, 1]: a uniform division into `panels`, and every break inside it."""
-    return np.unique(np.concatenate([np.linspace(0.0, 1.0, panels + 1), breaks]))
+def gauss_panels(function: Callable[[FloatArray], FloatArray], start: FloatArray, stop: FloatArray) -> FloatArray:
+    """Integrate over many panels at once by 16-point Gauss–Legendre quadrature.
+
+    Parameters
+    ----------
+    function : callable
+        Maps nodes of shape (k, 16) to values of shape (..., k, 16).
+    start, stop : array, shape (k,)
+        Ends of the panels.
+
+    Returns
+    -------
+    array, shape (..., k)
+    """
+    half = 0.5 * (stop - start)
+    nodes = 0.5 * (start + stop)[:, None] + half[:, None] * _GAUSS16_NODES
+    return np.asarray(half * (function(nodes) @ _GAUSS16_WEIGHTS))
+
+
+def panel_of(edges: FloatArray, t: FloatArray) -> IntArray:
+    """Return the index of the panel of ascending `edges` that each t lies in, the right one at an edge."""
+    return np.clip(np.searchsorted(edges, t, side="right") - 1, 0, len(edges) - 2)

@@ -1,4 +1,4 @@
-"""Does a motion hold? Recomputed from forward kinematics, whoever made the motion, between samples too."""
+"""Does a motion hold? Tracking, limits and continuity from forward kinematics, between samples too."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class Failure:
     Attributes
     ----------
     check : str
-        ``"tracking"``, ``"tracking_between"``, ``"limits"``, ``"continuity"``, ``"coverage"``, ``"elbow"``,
-        ``"direction"``, ``"start"``, ``"end"`` or ``"closure"``.
+        ``"tracking"``, ``"limits"`` or ``"continuity"``; of a sampled motion also ``"tracking_between"``,
+        ``"coverage"``, ``"elbow"``, ``"start"``, ``"end"`` or ``"closure"``.
     r : float
         Where along the path.
     value, allowed : float
@@ -82,8 +82,13 @@ class Verification:
         return not self.failures
 
 
+def finite_or_none(margin: float) -> float | None:
+    """Return the least limit margin, None where no joint is limited."""
+    return float(margin) if np.isfinite(margin) else None
+
+
 def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) -> Verification:
-    """Measure a continuous motion between its samples.
+    """Measure tracking, limits and continuity of a motion, at its samples and between them.
 
     Parameters
     ----------
@@ -102,13 +107,12 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
     """
     arm, path = problem.arm, problem.path
     rows = problem.rows
-    grid = np.unique(np.concatenate([_refined(rows), path.breaks]))
+    grid = np.union1d(_refined(rows), path.breaks)
 
     def slack(r: FloatArray) -> FloatArray:
         """Column 0: minus the tracking error; the others: the limit margins."""
         q = motion(r)
-        miss = np.linalg.norm(arm.forward(q) - path(r), axis=-1)
-        return np.column_stack([-miss, arm.margins(q)])
+        return np.column_stack([-arm.task_error(q, path(r)), arm.margins(q)])
 
     at, least = _least(slack, grid)
     failures = []
@@ -119,8 +123,7 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
     if jump > JUMP:
         failures.append(Failure("continuity", where, jump, JUMP, joint=joint + 1))
     step = float(np.abs(np.diff(motion(rows), axis=0)).max())
-    margin = min(least[1:])
-    return Verification(float(-least[0]), margin if np.isfinite(margin) else None, step, tuple(failures))
+    return Verification(-least[0], finite_or_none(min(least[1:])), step, tuple(failures))
 
 
 def _refined(rows: FloatArray) -> FloatArray:

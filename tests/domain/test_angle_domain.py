@@ -70,3 +70,9 @@ def test_the_circle_of_a_4r_with_fixed_direction():
             np.testing.assert_array_equal(
                 intervals.contains(u), arm.solve(domain.path(r), u[:, None], branch)[1], err_msg=str(r)
             )
+
+
+@pytest.mark.parametrize("branch", ["left", 7, -1, 0.5, None])
+def test_an_unknown_branch_is_refused(seed_arm, seed_path, branch):
+    with pytest.raises(sm.InvalidInputError, match="branch"):
+        sm.angle_domain(seed_arm, seed_path)(0.5, branch)

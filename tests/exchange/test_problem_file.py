@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import selfmotion as sm
 from selfmotion.exchange import problem_from
+from selfmotion.exchange import schema as registry
 from selfmotion.exchange.schema import json_schema
 from selfmotion.exchange.yaml_text import parse_yaml
 
@@ -65,14 +66,14 @@ PATHS = {
 ARM = {"kind": "planar", "links": [30, 30, 20]}
 
 
-@pytest.mark.parametrize("kind", sm.load_problem.__globals__["build"].__globals__["PATHS"])
+@pytest.mark.parametrize("kind", registry.PATHS)
 def test_every_path_of_the_registry_can_be_written_down(kind):
     data = {"arm": ARM, "path": {"kind": kind, **PATHS[kind]}}
     jsonschema.validate(data, json_schema())
     assert problem_from(data).problem.path.kind == kind
 
 
-@pytest.mark.parametrize("kind", sm.load_problem.__globals__["build"].__globals__["OPTIMIZERS"])
+@pytest.mark.parametrize("kind", registry.OPTIMIZERS)
 def test_every_optimizer_of_the_registry_can_be_written_down(kind):
     planner = {"kind": "sinusoid", "offset": [0.3], "amplitude": [0.4], "optimizer": {"kind": kind, "seed": 3}}
     data = {"arm": ARM, "path": {"kind": "line", **PATHS["line"]}, "planner": planner}
@@ -86,6 +87,10 @@ def test_direction_belongs_to_the_path_section():
     assert problem_from({"arm": arm, "path": path}).problem.arm.direction == -1.0
     with pytest.raises(sm.InvalidInputError, match=r"path\.direction"):
         problem_from({"arm": {**arm, "direction": 1.0}, "path": path})
+    with pytest.raises(sm.InvalidInputError, match=r"path\.path\.direction"):
+        problem_from({"arm": arm, "path": {"kind": "reversed", "path": path}})
+    jsonschema.validate({"arm": arm, "path": path}, json_schema())
+    assert path["direction"] == -1.0  # what was given is not changed
 
 
 def test_the_schema_accepts_the_contract_and_refuses_what_lacks_a_path():

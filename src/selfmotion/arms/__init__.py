@@ -9,7 +9,7 @@ from selfmotion.arms.limits import JointLimits
 from selfmotion.arms.planar import PlanarArm
 from selfmotion.arms.protocols import Breakpoints, Cause, RedundantArm, SelfMotion
 
-ARMS: dict[str, type[PlanarArm]] = {arm.kind: arm for arm in (PlanarArm,)}
+ARMS: dict[str, type[RedundantArm]] = {arm.kind: arm for arm in (PlanarArm,)}
 """Every arm by the ``kind`` of a problem file."""
 
 __all__ = ["ARMS", "Breakpoints", "Cause", "JointLimits", "PlanarArm", "RedundantArm", "SelfMotion"]

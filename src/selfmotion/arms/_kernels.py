@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from selfmotion._types import FloatArray
-from selfmotion.angles import TAU, wrap
+from selfmotion.angles import wrap
 
 
 class TwoLink(NamedTuple):
@@ -82,10 +82,3 @@ def planar_rates(
         dq[..., j] = du[..., j - 2] - before
         before = du[..., j - 2]
     return dq
-
-
-def unwrap(q: FloatArray) -> None:
-    """Make q (…, k, n) continuous along k in place, by whole turns."""
-    steps = np.diff(q, axis=-2)
-    if steps.max(initial=0.0) > np.pi or steps.min(initial=0.0) < -np.pi:
-        q[..., 1:, :] -= TAU * np.cumsum(np.rint(steps / TAU), axis=-2)

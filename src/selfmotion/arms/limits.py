@@ -7,10 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from selfmotion._checks import LARGEST, contains_text, number, read_only
+from selfmotion._checks import contains_text, number, read_only
 from selfmotion._types import BoolArray, FloatArray, IntArray, Limits
-from selfmotion.angles import TAU, nearest_turn
-from selfmotion.arms._kernels import unwrap
+from selfmotion.angles import TAU, nearest_turn, unwrap
 from selfmotion.errors import InvalidInputError
 
 
@@ -57,8 +56,8 @@ class JointLimits:
             if contains_text(pair) or not hasattr(pair, "__len__") or len(pair) != 2:
                 raise InvalidInputError(field, "is not a pair", "write [lower, upper] or null", pair)
             low, high = pair
-            lower[j] = -np.inf if low is None or low == -np.inf else number(field, low, -LARGEST)
-            upper[j] = np.inf if high is None or high == np.inf else number(field, high, -LARGEST)
+            lower[j] = -np.inf if low is None or low == -np.inf else number(field, low)
+            upper[j] = np.inf if high is None or high == np.inf else number(field, high)
             if lower[j] > upper[j]:
                 raise InvalidInputError(field, "is reversed", "write the lower limit first", pair)
         self.lower = read_only(lower)

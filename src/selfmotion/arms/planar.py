@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from selfmotion._checks import LARGEST, choice, finite_array, number, read_only
-from selfmotion._types import BoolArray, FloatArray, Limits, Vector
+from selfmotion._checks import LARGEST, branch_index, finite_array, number, read_only
+from selfmotion._types import BoolArray, FloatArray, IntArray, Limits, Vector
 from selfmotion.angles import wrap
 from selfmotion.arms._kernels import planar_ik, planar_rates
 from selfmotion.arms.limits import JointLimits
@@ -90,13 +90,22 @@ class PlanarArm:
         outer = float(links.sum())
         return center, max(0.0, 2 * float(links.max()) - outer), outer
 
-    def branch_index(self, branch: int | str) -> int:
-        """Return the index of a branch given by name or index."""
-        if isinstance(branch, str):
-            return self.branches.index(choice("branch", branch, self.branches))
-        if branch not in (0, 1):
-            raise InvalidInputError("branch", "is not known", "use 0 (positive) or 1 (negative)", branch)
-        return int(branch)
+    def shortfall(self, x: ArrayLike) -> FloatArray:
+        """Return how far tool positions are out of the links' reach, whatever the joint limits.
+
+        Parameters
+        ----------
+        x : array_like, shape (..., 2)
+
+        Returns
+        -------
+        array, shape (...)
+            Zero or less inside.
+        """
+        center, inner, outer = self.annulus
+        offset = np.asarray(x, dtype=float) - center
+        distance = np.hypot(offset[..., 0], offset[..., 1])
+        return np.maximum(distance - outer, inner - distance)
 
     def forward(self, q: ArrayLike) -> FloatArray:
         """Return the tool position.
@@ -165,7 +174,7 @@ class PlanarArm:
     def solve_with_margin(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, FloatArray]:
         """Like :meth:`solve`, with the signed distance to the limit of reach instead of a verdict."""
         points, directions = self._arrays(x, u)
-        return planar_ik(self.links, points, directions, _SIGNS[self.branch_index(branch)])
+        return planar_ik(self.links, points, directions, _SIGNS[branch_index(self.branches, branch)])
 
     def reach_margin(self, x: ArrayLike, u: ArrayLike) -> FloatArray:
         """Return the signed distance of ``|w|`` to ``[|l1 − l2|, l1 + l2]``, shape (...); negative out of reach."""
@@ -184,12 +193,17 @@ class PlanarArm:
         -------
         array, shape (..., n)
             Infinite or NaN exactly at a fold, sin θ2 = 0.
+
+        Raises
+        ------
+        InvalidInputError
+            If shapes do not fit.
         """
         points, directions = self._arrays(x, u)
-        speeds, turning = self._arrays(dx, du)
-        if self.direction is not None:
-            turning[..., -1] = 0.0
-        return planar_rates(self.links, points, speeds, directions, turning, _SIGNS[self.branch_index(branch)])
+        speeds, turning = self._arrays(dx, du, ("dx", "du"), last=0.0)
+        return planar_rates(
+            self.links, points, speeds, directions, turning, _SIGNS[branch_index(self.branches, branch)]
+        )
 
     def derivative(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, FloatArray]:
         """Return the partial derivatives of :meth:`solve`.
@@ -212,17 +226,45 @@ class PlanarArm:
         return np.stack(by_u, axis=-1), np.stack(by_x, axis=-1)
 
     def margins(self, q: ArrayLike) -> FloatArray:
-        """Return the signed distance to every constraint, shape (..., n): the joint limits."""
+        """Return the signed distance to every constraint, shape (..., n): here the joint limits [rad].
+
+        Parameters
+        ----------
+        q : array_like, shape (..., n)
+        """
         return self.limits.margin(self._joints(q))
+
+    def task_error(self, q: ArrayLike, x: ArrayLike) -> FloatArray:
+        """Return how far postures are from their task, in the unit of length.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., n)
+        x : array_like, shape (..., 2)
+
+        Returns
+        -------
+        array, shape (...)
+            Distance of the tool from x; with a fixed direction the larger of this and reach × error of direction [rad].
+        """
+        miss = np.asarray(np.linalg.norm(self.forward(q) - np.asarray(x, dtype=float), axis=-1))
+        if self.direction is None:
+            return miss
+        return np.maximum(miss, self.reach * np.abs(wrap(self._joints(q).sum(axis=-1) - self.direction)))
 
     def u_of(self, q: ArrayLike) -> FloatArray:
         """Return the redundancy vector of a posture, in [−π, π], shape (..., n_u)."""
         phi = np.cumsum(self._joints(q), axis=-1)[..., 2 : 2 + self.n_u]
         return wrap(phi)
 
-    def branch_of(self, q: ArrayLike) -> FloatArray:
-        """Return the branch index of a posture, shape (...): 0 where sin θ2 ≥ 0."""
+    def branch_of(self, q: ArrayLike) -> IntArray:
+        """Return the branch index of postures (..., n), shape (...): 0 where sin θ2 ≥ 0."""
         return np.where(np.sin(self._joints(q)[..., 1]) >= 0, 0, 1)
+
+    def is_on_branch(self, q: ArrayLike, branch: int | str, tolerance: float) -> BoolArray:
+        """Return whether postures (..., n) are on a branch, or within `tolerance` of its fold in sin θ2."""
+        sign = _SIGNS[branch_index(self.branches, branch)]
+        return np.asarray(sign * np.sin(self._joints(q)[..., 1]) >= -tolerance)
 
     def line(self, u0: ArrayLike, direction: ArrayLike) -> PlanarLine:
         """Return the one-parameter self-motion u(s) = u0 + s·direction.
@@ -234,7 +276,12 @@ class PlanarArm:
         Returns
         -------
         PlanarLine
-            A :class:`PlanarSelfMotion`, with closed-form breakpoints, if the arm has one redundant degree.
+            Poses and postures, without breakpoints; :meth:`self_motion` has those, for one redundant degree.
+
+        Raises
+        ------
+        InvalidInputError
+            If the shapes do not fit or the direction is zero.
         """
         origin = finite_array("u0", u0, 1, self.n_u)
         along = finite_array("direction", direction, 1, self.n_u)
@@ -264,16 +311,18 @@ class PlanarArm:
             raise InvalidInputError("q", f"has shape {angles.shape}", f"give (..., {self.n}), one angle per joint")
         return angles
 
-    def _arrays(self, x: ArrayLike, u: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Return x of shape (..., 2) and the directions of links 3…n, (..., n − 2), as arrays."""
+    def _arrays(
+        self, x: ArrayLike, u: ArrayLike, names: tuple[str, str] = ("x", "u"), last: float | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return x (..., 2) and u completed to all links 3…n, (..., n − 2), by the fixed direction or by `last`."""
         points, directions = np.asarray(x, dtype=float), np.asarray(u, dtype=float)
         if points.ndim < 1 or points.shape[-1] != 2:
-            raise InvalidInputError("x", f"has shape {points.shape}", "give points of shape (..., 2)")
+            raise InvalidInputError(names[0], f"has shape {points.shape}", "give shape (..., 2)")
         if directions.ndim < 1 or directions.shape[-1] != self.n_u:
             raise InvalidInputError(
-                "u", f"has shape {directions.shape}", f"give (..., {self.n_u}), one direction per redundant degree"
+                names[1], f"has shape {directions.shape}", f"give (..., {self.n_u}), one per redundant degree"
             )
         if self.direction is not None:
-            last = np.full((*directions.shape[:-1], 1), self.direction)
-            directions = np.concatenate([directions, last], axis=-1)
+            value = self.direction if last is None else last
+            directions = np.concatenate([directions, np.full((*directions.shape[:-1], 1), value)], axis=-1)
         return points, directions

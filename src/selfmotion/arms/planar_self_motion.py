@@ -24,7 +24,7 @@ _TOUCH = 1e-14
 
 
 class PlanarLine:
-    """The self-motion of a planar arm along ``u(s) = u0 + s·direction``; see `SelfMotion`.
+    """The self-motion of a planar arm along ``u(s) = u0 + s·direction``: poses and postures.
 
     Parameters
     ----------
@@ -69,9 +69,7 @@ class PlanarSelfMotion(PlanarLine):
 
     def __init__(self, arm: PlanarArm) -> None:
         super().__init__(arm, np.zeros(1), np.ones(1))
-        self._offset = np.zeros(2)
-        if arm.direction is not None:
-            self._offset = arm.links[3] * np.array([np.cos(arm.direction), np.sin(arm.direction)])
+        self._offset = arm.annulus[0]
 
     def breakpoints(self, pose: FloatArray) -> Breakpoints:
         """Return every parameter at which feasibility may change, in closed form.
@@ -92,7 +90,7 @@ class PlanarSelfMotion(PlanarLine):
         for joint, bound, value in self._finite_limits():
             columns += self._at_limit(target, joint, Cause(f"{bound} limit", joint), value)
         columns += self._folds(target)
-        psi = np.arctan2(target[:, 1], target[:, 0])
+        psi = _direction(target)
         columns += [self._on_both(psi + turn, np.nan, np.nan, Cause("marker", -1)) for turn in (0.0, np.pi)]
         u = np.stack([column.u for column in columns], axis=1)
         return Breakpoints(
@@ -114,7 +112,7 @@ class PlanarSelfMotion(PlanarLine):
         for theta2, wrist in ((0.0, l1 + l2), (np.pi, abs(l1 - l2))):
             for u in _meetings(target, l3, wrist):
                 w = target - l3 * _unit(u)
-                theta1 = np.arctan2(w[:, 1], w[:, 0]) + (np.pi if theta2 and l1 < l2 else 0.0)
+                theta1 = _direction(w) + (np.pi if theta2 and l1 < l2 else 0.0)
                 if wrist == 0.0:
                     theta1 = np.full_like(theta1, np.nan)  # folded onto the base: θ1 is free
                 columns.append(self._on_both(u, theta1, theta2, Cause("fold", 1)))

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from numpy.typing import ArrayLike
 
-from selfmotion._types import BoolArray, FloatArray
+from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.arms.limits import JointLimits
 
 
@@ -75,7 +75,7 @@ class SelfMotion(Protocol):
         ...
 
     def breakpoints(self, pose: Any) -> Breakpoints:
-        """Return where feasibility may change."""
+        """Return where feasibility may change; at least one finite parameter per pose and branch."""
         ...
 
 
@@ -93,16 +93,28 @@ class RedundantArm(Protocol):
         """Largest distance of the tool from the base."""
         ...
 
+    def shortfall(self, x: ArrayLike) -> FloatArray:
+        """Return how far tool positions (..., 2) are out of reach, whatever the joint limits."""
+        ...
+
     def forward(self, q: ArrayLike) -> FloatArray:
         """Return the tool position, shape (..., 2)."""
+        ...
+
+    def joint_positions(self, q: ArrayLike) -> FloatArray:
+        """Return the base, every joint and the tool as points, shape (..., n + 1, 2)."""
+        ...
+
+    def task_error(self, q: ArrayLike, x: ArrayLike) -> FloatArray:
+        """Return how far postures are from their task, in the unit of length."""
         ...
 
     def solve(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, BoolArray]:
         """Return the posture and whether it reaches."""
         ...
 
-    def reach_margin(self, x: ArrayLike, u: ArrayLike) -> FloatArray:
-        """Return the signed distance to the limit of reach."""
+    def solve_with_margin(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, FloatArray]:
+        """Return the posture and its signed distance to the limit of reach."""
         ...
 
     def rates(self, x: ArrayLike, dx: ArrayLike, u: ArrayLike, du: ArrayLike, branch: int | str = 0) -> FloatArray:
@@ -117,6 +129,22 @@ class RedundantArm(Protocol):
         """Return the signed distance to every constraint."""
         ...
 
+    def u_of(self, q: ArrayLike) -> FloatArray:
+        """Return the redundancy vector of postures."""
+        ...
+
+    def branch_of(self, q: ArrayLike) -> IntArray:
+        """Return the branch index of postures."""
+        ...
+
+    def is_on_branch(self, q: ArrayLike, branch: int | str, tolerance: float) -> BoolArray:
+        """Return whether postures are on a branch, or within `tolerance` of its fold."""
+        ...
+
     def line(self, u0: ArrayLike, direction: ArrayLike) -> Any:
-        """Return the self-motion along u0 + s·direction."""
+        """Return the postures along u0 + s·direction."""
+        ...
+
+    def self_motion(self) -> SelfMotion:
+        """Return the self-motion, for one redundant degree; else raise InvalidInputError."""
         ...

@@ -50,7 +50,7 @@ class FeasibleArcs(NamedTuple):
         """Return the feasible parameters at task point `k`, on the circle of circumference 2π."""
         real = np.flatnonzero(self.high[k] - self.low[k] > _NO_ARC)  # False where NaN
         inside, low, high = self.inside[k, real], self.low[k, real], self.high[k, real]
-        if inside.all():
+        if real.size and inside.all():
             return IntervalSet.full()
         # Counted from an arc that is not feasible, the feasible ones form runs that do not cross the count's end.
         turn = int(np.argmin(inside))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any, NamedTuple
 
+from selfmotion._checks import number
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.files import read_text
 from selfmotion.exchange.schema import ProblemForm, build, checked, inside
@@ -57,23 +58,17 @@ def load_problem(file: str | os.PathLike[str]) -> ProblemFile:
 def problem_from(data: Any) -> ProblemFile:
     """Return the problem and planner that parsed data describes; see :func:`load_problem`."""
     given = checked(ProblemForm, data)
-    path = inside("path", build, "path", data["path"])
-    arm = inside("arm", build, "arm", data["arm"], **_direction(data))
+    task, arm_data = dict(data["path"]), dict(data["arm"])
+    direction = task.pop("direction", None)
+    if direction is not None:
+        if arm_data.get("direction") is not None:
+            raise InvalidInputError("path.direction", "is given in the arm too", "leave one of the two out", direction)
+        arm_data["direction"] = inside("path", number, "direction", direction)
+    path = inside("path", build, "path", task)
+    arm = inside("arm", build, "arm", arm_data)
     planner = inside("planner", build, "planner", data["planner"]) if data.get("planner") is not None else None
     options = given.model_dump(exclude={"arm", "path", "planner", "obstacles"})
     for name in ("start", "end"):
         if options[name] is not None:
             options[name] = {key: value for key, value in options[name].items() if value is not None}
     return ProblemFile(Problem(arm, path, **options), planner)
-
-
-def _direction(data: dict[str, Any]) -> dict[str, Any]:
-    """Return the arm's direction argument if the path section holds it, where the contract has it."""
-    direction = data["path"].get("direction")
-    if direction is None:
-        return {}
-    if isinstance(data["arm"], dict) and data["arm"].get("direction") is not None:
-        raise InvalidInputError("path.direction", "is given in the arm too", "leave one of the two out", direction)
-    if isinstance(data["arm"], dict):
-        data["arm"].pop("direction", None)
-    return {"direction": direction}

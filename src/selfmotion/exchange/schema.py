@@ -63,7 +63,7 @@ class ProblemForm(_Form):
     """A problem file."""
 
     arm: _section("arm")  # type: ignore[valid-type]
-    path: _section("path")  # type: ignore[valid-type]
+    path: _section("task")  # type: ignore[valid-type]
     start: PostureForm | None = None
     end: PostureForm | None = None
     elbow: Literal["any", "positive", "negative"] = "any"
@@ -103,8 +103,6 @@ def form(section: str, kind: str) -> type[BaseModel]:
     for name, parameter in list(inspect.signature(constructor).parameters.items())[1:]:
         default = ... if parameter.default is inspect.Parameter.empty else parameter.default
         fields[name] = (_field_type(hints[name]), list(default) if isinstance(default, tuple) else default)
-    if section == "path":
-        fields["direction"] = (Number | None, None)
     return create_model(f"{section}_{kind}", __base__=_Form, __doc__=_summary(_SECTIONS[section][kind]), **fields)
 
 
@@ -176,8 +174,6 @@ def build(section: str, data: Any, **extra: Any) -> Any:
     kind = choice("kind", data["kind"], registry)
     checked(form(section, kind), data)
     given = {name: value for name, value in data.items() if name != "kind"}
-    if section == "path":
-        given.pop("direction", None)
     hints = get_type_hints(registry[kind].__init__, include_extras=True)  # type: ignore[misc]
     for name, value in given.items():
         given[name] = _nested(hints[name], name, value)
@@ -209,6 +205,11 @@ def json_schema() -> dict[str, Any]:
         for kind in registry:
             definitions[f"{section}_{kind}"] = form(section, kind).model_json_schema()
         definitions[section] = {"oneOf": [{"$ref": f"#/$defs/{section}_{kind}"} for kind in registry]}
+    # The path that the tool follows may also say which direction the last link keeps; paths inside it may not.
+    tasks = [
+        create_model(f"task_{kind}", __base__=form("path", kind), direction=(Number | None, None)) for kind in PATHS
+    ]
+    definitions["task"] = {"oneOf": [task.model_json_schema() for task in tasks]}
     schema = _with_references(schema)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

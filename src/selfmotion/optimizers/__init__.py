@@ -14,6 +14,7 @@ from selfmotion.optimizers.base import (
     Progress,
     Result,
     penalised,
+    violation_of,
 )
 from selfmotion.optimizers.ga import GA
 from selfmotion.optimizers.gwo import GWO
@@ -40,4 +41,5 @@ __all__ = [
     "RandomSearch",
     "Result",
     "penalised",
+    "violation_of",
 ]

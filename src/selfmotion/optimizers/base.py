@@ -6,11 +6,12 @@ An optimizer minimises a function on a box and knows nothing of robots. Native o
 
 from __future__ import annotations
 
+import copy
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -32,6 +33,11 @@ def penalised(cost: FloatArray, violation: FloatArray) -> FloatArray:
     """Return values that rank every feasible candidate by its cost, below all infeasible ones by their violation."""
     worst = np.minimum(np.nan_to_num(violation, nan=_WORST), _WORST)
     return np.where(worst > 0, INFEASIBLE * (1.0 + worst), cost)
+
+
+def violation_of(value: float) -> float:
+    """Return the violation that :func:`penalised` ranked by, zero for a feasible candidate's value."""
+    return max(value / INFEASIBLE - 1.0, 0.0)
 
 
 @dataclass
@@ -157,14 +163,17 @@ class Optimizer(ABC):
         self.iterations = integer("iterations", iterations, 1, 1_000_000)
         if self.population * self.iterations > MOST_EVALUATIONS:
             raise InvalidInputError(
-                "iterations", f"with this population exceeds {MOST_EVALUATIONS} evaluations", "lower one of them", iterations
+                "iterations",
+                f"times population exceeds {MOST_EVALUATIONS}",
+                "lower one of them",
+                iterations,
             )
         rows = bounds if isinstance(bounds, list | tuple | np.ndarray) else ()
         one_pair = not any(isinstance(row, list | tuple | np.ndarray) for row in rows)
         self.bounds = finite_array("bounds", bounds, 1 if one_pair else 2, 2)
         if not (self.bounds[..., 0] < self.bounds[..., 1]).all():
             raise InvalidInputError("bounds", "has lower not below upper", "write [lower, upper]", bounds)
-        self.seed = integer("seed", seed, 0, 2**63 - 1)
+        self.seed = _seed(seed)
 
     def __repr__(self) -> str:
         inner = ", ".join(f"{name}={value!r}" for name, value in self.settings().items())
@@ -178,6 +187,12 @@ class Optimizer(ABC):
             "bounds": self.bounds.tolist(),
             "seed": self.seed,
         }
+
+    def with_seed(self, seed: int) -> Self:
+        """Return the same optimizer with another seed."""
+        other = copy.copy(self)
+        other.seed = _seed(seed)
+        return other
 
     def box(self, dimension: int) -> tuple[FloatArray, FloatArray]:
         """Return lower and upper bounds, shape (d,) each."""
@@ -211,6 +226,10 @@ class Optimizer(ABC):
     @abstractmethod
     def _drive(self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> None:
         """Spend the budget."""
+
+
+def _seed(seed: Any) -> int:
+    return integer("seed", seed, 0, 2**63 - 1)
 
 
 class AskTell(Optimizer):

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from selfmotion._types import FloatArray
 from selfmotion.errors import InvalidInputError
-from selfmotion.quadrature import integrate, panel_edges
+from selfmotion.quadrature import integrate
 
 _ROUNDING = 1e-12
 
@@ -66,30 +66,23 @@ class Path(ABC):
             raise InvalidInputError("r", "leaves [0, 1]", "evaluate the path inside its range", r)
         return self._evaluate(np.clip(values, 0.0, 1.0).reshape(-1), order).reshape((*values.shape, 2))
 
+    def grid(self, parts: int) -> FloatArray:
+        """Return a uniform grid of [0, 1] with `parts` parts and every break of the path in it, ascending."""
+        return np.unique(np.concatenate([np.linspace(0.0, 1.0, parts + 1), self.breaks]))
+
     @cached_property
     def length(self) -> float:
         """Arc length ∫|x'(r)| dr, to about ten digits."""
-        return integrate(
-            lambda r: np.hypot(*self._evaluate(r, 1).T), panel_edges(self.breaks, 16), tolerance=1e-12
-        ).value
+        return integrate(lambda r: np.hypot(*self._evaluate(r, 1).T), self.grid(16), tolerance=1e-12).value
 
     @cached_property
-    def scale(self) -> float:
+    def extent(self) -> float:
         """Largest coordinate extent of the curve, the yardstick for tolerances."""
-        points = self._evaluate(panel_edges(self.breaks, 64), 0)
+        points = self._evaluate(self.grid(64), 0)
         return float(np.ptp(points, axis=0).max())
 
     @property
     def is_closed(self) -> bool:
-        """Whether the last point is the first one, to 1e-9 of :attr:`scale`."""
+        """Whether the last point is the first one, to 1e-9 of :attr:`extent`."""
         first, last = self._evaluate(np.array([0.0, 1.0]), 0)
-        return bool(np.hypot(*(last - first)) <= 1e-9 * self.scale)
-
-
-def polynomial_terms(coefficients: FloatArray, orders: int) -> list[FloatArray]:
-    """Return ascending `coefficients` and those of the derivatives up to `orders`."""
-    terms = [coefficients]
-    for _ in range(orders):
-        last = terms[-1]
-        terms.append(last[1:] * np.arange(1, len(last)) if len(last) > 1 else np.zeros(1))
-    return terms
+        return bool(np.hypot(*(last - first)) <= 1e-9 * self.extent)

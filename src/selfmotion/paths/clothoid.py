@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.polynomial.polynomial import polyval
+from numpy.polynomial.polynomial import polyder, polyval
 
 from selfmotion._checks import finite_array, number, read_only
 from selfmotion._types import FloatArray, Point, Vector
 from selfmotion.errors import InvalidInputError
-from selfmotion.paths.base import Path, polynomial_terms
+from selfmotion.paths.base import Path
+from selfmotion.quadrature import gauss_panels, panel_of
 
 # 16 Gauss–Legendre nodes integrate sin p to rounding while p varies by at most this over the panel.
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _VARIATION = 2.0
 _MAX_PANELS = 100_000
 
@@ -55,7 +55,7 @@ class Clothoid(Path):
         self.t_range = read_only(finite_array("t_range", t_range, 1, 2))
         if self.t_range[0] == self.t_range[1]:
             raise InvalidInputError("t_range", "is empty: the path has no length", "give two values", t_range)
-        self._terms = polynomial_terms(self.coefficients, 1)
+        self._slope = np.asarray(polyder(self.coefficients), dtype=float)
         self._edges = self._panels()
         steps = self._integral(self._edges[:-1], self._edges[1:])
         table = np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
@@ -69,7 +69,7 @@ class Clothoid(Path):
     def _panels(self) -> FloatArray:
         """Return ascending panel ends covering t_range and 0, so that p varies by ≤ 2 rad on each."""
         low, high = min(0.0, *self.t_range), max(0.0, *self.t_range)
-        slope = np.abs(self._terms[1])
+        slope = np.abs(self._slope)
         todo = [(low, 0.0), (0.0, high)]
         edges = {low, 0.0, high}
         while todo:
@@ -78,7 +78,7 @@ class Clothoid(Path):
             # |p'| ≤ Σ k |c_k| t^(k−1) is enough for the bound: it is exact where the powers agree in sign.
             middle = 0.5 * (a + b)
             with np.errstate(over="ignore", invalid="ignore"):
-                local = np.abs(_taylor(self._terms[1], middle)) @ (0.5 * (b - a)) ** np.arange(len(slope))
+                local = np.abs(_taylor(self._slope, middle)) @ (0.5 * (b - a)) ** np.arange(len(slope))
                 variation = min(float(polyval(farthest, slope)), float(local)) * (b - a)
             if variation <= _VARIATION:
                 continue
@@ -95,21 +95,24 @@ class Clothoid(Path):
 
     def _integral(self, start: FloatArray, stop: FloatArray) -> FloatArray:
         """Return ∫ (sin p, cos p) du from `start` to `stop`, both of shape (k,), as shape (k, 2)."""
-        half = 0.5 * (stop - start)
-        angle = polyval(0.5 * (start + stop)[:, None] + half[:, None] * _NODES, self.coefficients)
-        return half[:, None] * np.stack([np.sin(angle) @ _WEIGHTS, np.cos(angle) @ _WEIGHTS], axis=-1)
+
+        def direction(t: FloatArray) -> FloatArray:
+            angle = polyval(t, self.coefficients)
+            return np.stack([np.sin(angle), np.cos(angle)])
+
+        return gauss_panels(direction, start, stop).T
 
     def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
         first, last = self.t_range
         rate = last - first
         t = np.where(r == 1.0, last, first + r * rate)
         if order == 0:
-            panel = np.clip(np.searchsorted(self._edges, t, side="right") - 1, 0, len(self._edges) - 2)
+            panel = panel_of(self._edges, t)
             return self.center + self.factor * (self._table[panel] + self._integral(self._edges[panel], t))
-        angle = polyval(t, self._terms[0])
+        angle = polyval(t, self.coefficients)
         if order == 1:
             return self.factor * rate * np.stack([np.sin(angle), np.cos(angle)], axis=-1)
-        turning = self.factor * rate**2 * polyval(t, self._terms[1])
+        turning = self.factor * rate**2 * polyval(t, self._slope)
         return turning[:, None] * np.stack([np.cos(angle), -np.sin(angle)], axis=-1)
 
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from selfmotion._checks import finite_array, number, positive, read_only
+from selfmotion._checks import finite_array, number, positive, positive_pair, read_only, sweep_angle
 from selfmotion._types import FloatArray, Point
-from selfmotion.errors import InvalidInputError
 from selfmotion.paths.base import Path
 
 
@@ -23,7 +22,7 @@ class Ellipse(Path):
     start_angle : float
         Eccentric angle of the first point [rad].
     sweep : float
-        Eccentric angle run through [rad], positive counter-clockwise; not zero.
+        Eccentric angle run through [rad], positive counter-clockwise; not zero, at most 1e4.
 
     Raises
     ------
@@ -46,14 +45,10 @@ class Ellipse(Path):
         sweep: float = 2 * np.pi,
     ) -> None:
         self.center = read_only(finite_array("center", center, 1, 2))
-        self.radii = read_only(finite_array("radii", radii, 1, 2))
-        for radius in self.radii:
-            positive("radii", radius)
+        self.radii = read_only(positive_pair("radii", radii))
         self.rotation = number("rotation", rotation, -1e3, 1e3)
         self.start_angle = number("start_angle", start_angle, -1e3, 1e3)
-        self.sweep = number("sweep", sweep, -1e4, 1e4)
-        if self.sweep == 0:
-            raise InvalidInputError("sweep", "is zero: the path has no length", "give an angle in radians", sweep)
+        self.sweep = sweep_angle("sweep", sweep)
 
     def __repr__(self) -> str:
         return (
@@ -106,7 +101,7 @@ class Arc(Ellipse):
     start_angle : float
         Direction from the centre to the first point [rad].
     sweep : float
-        Angle run through [rad], positive counter-clockwise; not zero.
+        Angle run through [rad], positive counter-clockwise; not zero, at most 1e4.
 
     Raises
     ------

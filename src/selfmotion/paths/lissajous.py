@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from selfmotion._checks import finite_array, number, positive, read_only
+from selfmotion._checks import finite_array, number, positive_pair, read_only
 from selfmotion._types import FloatArray, Point
 from selfmotion.errors import InvalidInputError
 from selfmotion.paths.base import Path
@@ -37,9 +37,7 @@ class Lissajous(Path):
 
     def __init__(self, center: Point, radii: Point, frequencies: Point, phase: float = 0.0) -> None:
         self.center = read_only(finite_array("center", center, 1, 2))
-        self.radii = read_only(finite_array("radii", radii, 1, 2))
-        for radius in self.radii:
-            positive("radii", radius)
+        self.radii = read_only(positive_pair("radii", radii))
         self.frequencies = read_only(finite_array("frequencies", frequencies, 1, 2))
         for frequency in self.frequencies:
             number("frequencies", frequency, -1e4, 1e4)

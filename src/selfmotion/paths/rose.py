@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from selfmotion._checks import finite_array, number, positive, read_only
+from selfmotion._checks import finite_array, number, positive, read_only, sweep_angle
 from selfmotion._types import FloatArray, Point
-from selfmotion.errors import InvalidInputError
 from selfmotion.paths.base import Path
 
 
@@ -44,9 +43,7 @@ class Rose(Path):
         self.center = read_only(finite_array("center", center, 1, 2))
         self.radius = positive("radius", radius)
         self.petals = number("petals", petals, -1e3, 1e3)
-        self.sweep = number("sweep", sweep, -1e4, 1e4)
-        if self.sweep == 0:
-            raise InvalidInputError("sweep", "is zero: the path has no length", "give an angle in radians", sweep)
+        self.sweep = sweep_angle("sweep", sweep)
         self.rotation = number("rotation", rotation, -1e3, 1e3)
 
     def __repr__(self) -> str:

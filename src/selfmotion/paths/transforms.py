@@ -10,8 +10,7 @@ from selfmotion._checks import finite_array, number, positive, read_only
 from selfmotion._types import FloatArray, Point
 from selfmotion.errors import InvalidInputError
 from selfmotion.paths.base import Path
-
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+from selfmotion.quadrature import gauss_panels, panel_of
 
 
 class Transformed(Path):
@@ -53,7 +52,7 @@ class Transformed(Path):
         return self.path.waypoints
 
     def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
-        moved = self.path._evaluate(r, order) @ self._matrix
+        moved = self.path(r, order) @ self._matrix
         return moved + self.translation if order == 0 else moved
 
 
@@ -81,7 +80,7 @@ class Reversed(Path):
         return 1.0 - self.path.waypoints[::-1]
 
     def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
-        return (-1) ** order * self.path._evaluate(1.0 - r, order)
+        return (-1) ** order * self.path(1.0 - r, order)
 
 
 class Concatenation(Path):
@@ -106,7 +105,7 @@ class Concatenation(Path):
             raise InvalidInputError("parts", "is empty", "give at least one path")
         for k, (before, after) in enumerate(zip(self.parts, self.parts[1:], strict=False)):
             gap = float(np.hypot(*(after(0.0) - before(1.0))))
-            if gap > 1e-9 * max(before.scale, after.scale):
+            if gap > 1e-9 * max(before.extent, after.extent):
                 raise InvalidInputError(
                     "parts",
                     f"part {k + 1} starts {gap:.6g} away from the end of part {k}",
@@ -133,13 +132,13 @@ class Concatenation(Path):
         return np.unique(self._mapped("waypoints"))
 
     def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
-        which = np.clip(np.searchsorted(self.ends, r, side="right") - 1, 0, len(self.parts) - 1)
+        which = panel_of(self.ends, r)
         result = np.empty((len(r), 2))
         for k, part in enumerate(self.parts):
             mine = which == k
             share = self.ends[k + 1] - self.ends[k]
-            local = np.clip((r[mine] - self.ends[k]) / share, 0.0, 1.0)
-            result[mine] = part._evaluate(local, order) / share**order
+            local = (r[mine] - self.ends[k]) / share
+            result[mine] = part(local, order) / share**order
         return result
 
 
@@ -171,17 +170,15 @@ class ArcLength(Path):
             raise InvalidInputError("path", "has no length", "give a path that moves")
 
     def _speed(self, t: FloatArray) -> FloatArray:
-        velocity = self.path._evaluate(t.ravel(), 1)
+        velocity = self.path(t.ravel(), 1)
         return np.asarray(np.hypot(velocity[:, 0], velocity[:, 1]).reshape(t.shape))
 
     def _lengths(self, start: FloatArray, stop: FloatArray) -> FloatArray:
-        half = 0.5 * (stop - start)
-        nodes = 0.5 * (start + stop)[:, None] + half[:, None] * _NODES
-        return np.asarray(self._speed(nodes) @ _WEIGHTS * half)
+        return gauss_panels(self._speed, start, stop)
 
     def _panels(self) -> FloatArray:
         """Return panel ends between which 16 Gauss nodes give the length to rounding."""
-        edges = np.unique(np.concatenate([np.linspace(0.0, 1.0, 17), self.path.breaks]))
+        edges = self.path.grid(16)
         for _ in range(40):
             left, right = edges[:-1], edges[1:]
             middle = 0.5 * (left + right)
@@ -196,7 +193,7 @@ class ArcLength(Path):
     def _inverse(self, r: FloatArray) -> FloatArray:
         """Return the parameter of the original path at the fraction `r` of its length."""
         target = r * self._total
-        panel = np.clip(np.searchsorted(self._table, target, side="right") - 1, 0, len(self._edges) - 2)
+        panel = panel_of(self._table, target)
         low, high = self._edges[panel].copy(), self._edges[panel + 1].copy()
         base, goal = low.copy(), target - self._table[panel]
         width = np.maximum(self._table[panel + 1] - self._table[panel], 1e-300)
@@ -225,23 +222,23 @@ class ArcLength(Path):
         return self._fraction(self.path.waypoints)
 
     def _fraction(self, t: FloatArray) -> FloatArray:
-        panel = np.clip(np.searchsorted(self._edges, t, side="right") - 1, 0, len(self._edges) - 2)
+        panel = panel_of(self._edges, t)
         return (self._table[panel] + self._lengths(self._edges[panel], t)) / self._total
 
     def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
         t = self._inverse(r)
         if order == 0:
-            return self.path._evaluate(t, 0)
-        first = self.path._evaluate(t, 1)
+            return self.path(t, 0)
+        first = self.path(t, 1)
         speed = np.hypot(first[:, 0], first[:, 1])
         stopped = speed <= 1e-9 * self._total
         if stopped.any():
             t = np.where(stopped, np.where(t < 0.5, t + 1e-6, t - 1e-6), t)
-            first = self.path._evaluate(t, 1)
+            first = self.path(t, 1)
             speed = np.hypot(first[:, 0], first[:, 1])
         tangent = first / speed[:, None]
         if order == 1:
             return self._total * tangent
-        second = self.path._evaluate(t, 2)
+        second = self.path(t, 2)
         normal = second - tangent * (tangent * second).sum(axis=1, keepdims=True)
         return self._total**2 * normal / speed[:, None] ** 2

@@ -11,6 +11,7 @@ from selfmotion._checks import choice, finite_array, read_only
 from selfmotion._types import FloatArray, Points
 from selfmotion.errors import InvalidInputError
 from selfmotion.paths.base import Path
+from selfmotion.quadrature import panel_of
 
 
 class Waypoints(Path):
@@ -78,7 +79,7 @@ class Waypoints(Path):
     def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
         if self._spline is not None:
             return np.asarray(self._spline(r, order))
-        piece = np.clip(np.searchsorted(self.knots, r, side="right") - 1, 0, len(self.knots) - 2)
+        piece = panel_of(self.knots, r)
         width = (self.knots[piece + 1] - self.knots[piece])[:, None]
         if order == 2:
             return np.zeros((len(r), 2))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import ClassVar
+from typing import ClassVar, Self
 
 from selfmotion.optimizers import Progress
 from selfmotion.plans import Plan
@@ -40,6 +40,6 @@ class Planner(ABC):
             If no feasible motion was found; this proves nothing.
         """
 
-    def with_seed(self, seed: int) -> Planner:
+    def with_seed(self, seed: int) -> Self:
         """Return the same planner with another random seed; itself if it uses none."""
         return self

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import copy
 import time
-from typing import Any, NamedTuple
+from abc import abstractmethod
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from selfmotion._checks import finite_array, integer
+from selfmotion._checks import finite_array
 from selfmotion._types import FloatArray, Vector
+from selfmotion.angles import wrap
 from selfmotion.domain import blocked_stretches
 from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError
 from selfmotion.motion import Motion
-from selfmotion.optimizers import INFEASIBLE, Optimizer, Progress, Result, penalised
+from selfmotion.optimizers import INFEASIBLE, Optimizer, Progress, Result, penalised, violation_of
 from selfmotion.planners.base import Planner
 from selfmotion.plans import Plan
-from selfmotion.problem import Problem, same_direction
+from selfmotion.problem import Problem
 from selfmotion.profiles import Profile, SinusoidProfile
+from selfmotion.verification import verify_motion
 
 # Candidates are evaluated in blocks of about this many joint angles: what stays in the processor's cache.
 _BLOCK = 16_000
@@ -25,6 +28,8 @@ _BLOCK = 16_000
 _SAMPLES_PER_CYCLE = 8
 # A candidate is inside the domain if it leaves it by rounding only: radians, or parts of the reach.
 _ROUNDING = 1e-12
+# An offset and a start that differ by less are the same [rad].
+_SAME = 1e-9
 # Candidates that hold at the samples but not between them are passed over, at most this many.
 _MAX_CHECKS = 200
 
@@ -82,7 +87,6 @@ class Parametric(Planner):
 
     Parameters
     ----------
-    profile : Profile
     optimizer : Optimizer
 
     Notes
@@ -92,25 +96,23 @@ class Parametric(Planner):
     the best candidate that also holds *between* the samples becomes the plan.
     """
 
-    kind = "parametric"
-
-    def __init__(self, profile: Profile, optimizer: Optimizer) -> None:
-        self.profile = profile
+    def __init__(self, optimizer: Optimizer) -> None:
         self.optimizer = optimizer
 
-    def with_seed(self, seed: int) -> Planner:
+    @abstractmethod
+    def profile_for(self, problem: Problem) -> Profile:
+        """Return the profile family to search for this problem."""
+
+    def with_seed(self, seed: int) -> Self:
         """Return the same planner with another random seed."""
         other = copy.copy(self)
-        other.optimizer = copy.copy(self.optimizer)
-        other.optimizer.seed = integer("seed", seed, 0, 2**63 - 1)
+        other.optimizer = self.optimizer.with_seed(seed)
         return other
 
     def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
         """Plan a motion; see :meth:`Planner.plan`."""
-        return self._plan(problem, self.profile, progress)
-
-    def _plan(self, problem: Problem, profile: Profile, progress: Progress | None) -> Plan:
         began = time.perf_counter()
+        profile = self.profile_for(problem)
         self._check(problem, profile)
         blocked = blocked_stretches(problem.arm, problem.path, problem.samples, problem.branches)
         if blocked:
@@ -144,7 +146,7 @@ class Parametric(Planner):
                 "give one number per redundant degree",
             )
         start = profile.start
-        if problem.start is not None and start is not None and not same_direction(start, problem.start.u):
+        if problem.start is not None and start is not None and np.abs(wrap(start - problem.start.u)).max() > _SAME:
             raise InvalidInputError(
                 "planner.offset",
                 f"disagrees with start, whose u is {problem.start.u.tolist()}",
@@ -172,7 +174,7 @@ class Parametric(Planner):
         start = profile.start
         if start is None:
             return problem.branches
-        branches = [branch for branch in problem.branches if problem.offset_is_feasible(start, branch)]
+        branches = [branch for branch in problem.branches if problem.may_start_at(start, branch)]
         if not branches:
             raise InvalidInputError(
                 "planner.offset",
@@ -193,7 +195,7 @@ class Parametric(Planner):
             if value < INFEASIBLE
         ]
         if not found:
-            least = min(result.value for result in results.values()) / INFEASIBLE - 1.0
+            least = violation_of(min(result.value for result in results.values()))
             raise NothingFeasibleError(
                 f"none of {evaluations} candidates stays inside the angle domain; the best leaves it by {least:.3g}",
                 "try another offset, a smaller amplitude or other bounds",
@@ -210,7 +212,7 @@ class Parametric(Planner):
 
             nodes = max(2 * problem.samples, int(16 * profile.cycles(a)))
             motion = Motion(problem.arm, problem.path, curve, candidate.branch, nodes, start)
-            if Plan(problem, motion, self.kind, {}).verification.holds:
+            if verify_motion(problem, motion).holds:
                 return candidate, motion
         raise NothingFeasibleError(
             f"{len(found)} of {evaluations} candidates hold at the samples, but the best "
@@ -242,20 +244,17 @@ class Sinusoid(Parametric):
     kind = "sinusoid"
 
     def __init__(self, offset: Vector | None = None, *, amplitude: Vector, optimizer: Optimizer) -> None:
-        self.offset = None if offset is None else finite_array("offset", offset, 1)
-        self.amplitude = amplitude
-        self.optimizer = optimizer
-        self._profile(np.zeros_like(finite_array("amplitude", amplitude, 1)) if self.offset is None else self.offset)
+        super().__init__(optimizer)
+        self.amplitude = finite_array("amplitude", amplitude, 1)
+        self.offset = None if offset is None else SinusoidProfile(offset, self.amplitude).offset
 
-    def _profile(self, offset: FloatArray) -> SinusoidProfile:
-        return SinusoidProfile(offset, self.amplitude)
-
-    def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
-        """Plan a motion; see :meth:`Planner.plan`."""
-        if self.offset is None and problem.start is None:
+    def profile_for(self, problem: Problem) -> SinusoidProfile:
+        """Return the sinusoids with this amplitude that start at the offset."""
+        if self.offset is not None:
+            return SinusoidProfile(self.offset, self.amplitude)
+        if problem.start is None:
             raise InvalidInputError("planner.offset", "is missing", "give it, or a start")
-        offset = self.offset if self.offset is not None else problem.start.u  # type: ignore[union-attr]
-        return self._plan(problem, self._profile(offset), progress)
+        return SinusoidProfile(problem.start.u, self.amplitude)
 
 
 def _shifted(progress: Progress | None, before: int, total: int) -> Progress | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from selfmotion.domain import angle_domain
 from selfmotion.plans import Plan
 from selfmotion.plot.domain import draw_domain
 from selfmotion.plot.evolution import draw_evolution
@@ -20,8 +21,6 @@ def plan_figures(plan: Plan) -> dict[str, bytes]:
     """Return the pictures of a plan, PNG and SVG, as file name to bytes."""
     files = rendered("postures", draw_postures, plan, height=3.2) | rendered("joints", draw_joints, plan)
     if plan.problem.arm.n_u == 1:
-        from selfmotion.domain import angle_domain
-
         r = plan.problem.rows
         domain = angle_domain(plan.problem.arm, plan.problem.path)
         curve = {"this plan": (r, plan.u(r)[:, 0])}

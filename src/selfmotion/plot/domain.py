@@ -60,7 +60,7 @@ class DomainOutline:
     """
 
     def __init__(self, domain: AngleDomain, branch: int, samples: int = _SAMPLES) -> None:
-        self.r = np.unique(np.concatenate([np.linspace(0.0, 1.0, samples), domain.path.breaks]))
+        self.r = domain.path.grid(samples - 1)
         arcs = domain.sample(self.r)[branch]
         sets = [arcs.interval_set(k) for k in range(len(self.r))]
         self.center = _open_side(sets)

@@ -1,4 +1,4 @@
-"""How a search went: best cost against evaluations."""
+"""How a search went: best cost against iterations."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def draw_evolution(axes: Axes, histories: Mapping[str, History], optimum: float | None = None) -> None:
-    """Draw the best cost of each search against its generation (Fig. 11).
+    """Draw the best cost of each search against its iterations (Fig. 11).
 
     Parameters
     ----------

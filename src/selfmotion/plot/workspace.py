@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from selfmotion._types import FloatArray
+from selfmotion.arms import PlanarArm
 from selfmotion.plans import Plan
 from selfmotion.plot.style import COLORS, GREY, INK
 from selfmotion.problem import Problem
@@ -19,8 +20,7 @@ _POSTURES = 14
 
 def draw_path(axes: Axes, problem: Problem) -> None:
     """Draw the path that the tool follows, its start and end, and the limit of reach (Fig. 10a)."""
-    r = np.unique(np.concatenate([np.linspace(0, 1, 801), problem.path.breaks]))
-    x = problem.path(r)
+    x = problem.path(problem.path.grid(800))
     axes.plot(x[:, 0], x[:, 1], color=COLORS[0], linewidth=1.8, zorder=3)
     axes.plot(*x[0], "o", color=COLORS[0], markersize=4, zorder=4)
     axes.plot(*x[-1], "s", color=COLORS[0], markersize=4, markerfacecolor="white", zorder=4)
@@ -52,10 +52,11 @@ def draw_postures(axes: Axes, plan: Plan) -> None:
         axes.plot(
             chain[:, 0], chain[:, 1], "-o", color=tuple(light + t * (dark - light)), linewidth=0.9, markersize=1.8
         )
-    center, _, outer = plan.problem.arm.annulus
-    angle = np.linspace(-np.pi, np.pi, 721)
-    rim = center + outer * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    axes.plot(rim[:, 0], rim[:, 1], color=GREY, linestyle=":", linewidth=0.8)
+    if isinstance(plan.problem.arm, PlanarArm):
+        center, _, outer = plan.problem.arm.annulus
+        angle = np.linspace(-np.pi, np.pi, 721)
+        rim = center + outer * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        axes.plot(rim[:, 0], rim[:, 1], color=GREY, linestyle=":", linewidth=0.8)
     axes.plot(0, 0, "^", color=INK, markersize=6, zorder=5)
     _frame(axes, np.vstack([points.reshape(-1, 2), plan.problem.path(np.linspace(0, 1, 201))]))
     axes.set_title("postures from light to dark; dotted: reach")

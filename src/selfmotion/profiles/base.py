@@ -42,6 +42,9 @@ class Profile(ABC):
         """Return how many oscillations the fastest component of the curve makes."""
 
     @abstractmethod
+    def _evaluate(self, a: FloatArray, r: FloatArray, order: int) -> FloatArray:
+        """Return u or du/dr for coefficients (..., m) at r (k,), as shape (..., k, n_u)."""
+
     def __call__(self, a: ArrayLike, r: ArrayLike, order: int = 0) -> FloatArray:
         """Evaluate curves of the family.
 
@@ -57,7 +60,18 @@ class Profile(ABC):
         Returns
         -------
         array, shape (..., k, n_u)
+
+        Raises
+        ------
+        InvalidInputError
+            If the number of coefficients or the order does not fit.
         """
+        coefficients = np.asarray(a, dtype=float)
+        if coefficients.ndim < 1 or coefficients.shape[-1] != len(self.parameter_names):
+            raise InvalidInputError("a", f"has shape {coefficients.shape}", f"give (..., {len(self.parameter_names)})")
+        if order not in (0, 1):
+            raise InvalidInputError("order", "must be 0 or 1", "higher derivatives are not offered", order)
+        return self._evaluate(coefficients, np.asarray(r, dtype=float), order)
 
     def at_time(self, a: ArrayLike, t: ArrayLike, total_time: float, order: int = 0) -> FloatArray:
         """Evaluate curves as functions of time, equations (20) and (21): ``u(t) = u(r)∘r(t)``, ``r = t/T``.

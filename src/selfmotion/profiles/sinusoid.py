@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from selfmotion._checks import finite_array, read_only
 from selfmotion._types import FloatArray, Vector
@@ -62,10 +61,9 @@ class SinusoidProfile(Profile):
         """Return the largest frequency."""
         return float(np.abs(a).max())
 
-    def __call__(self, a: ArrayLike, r: ArrayLike, order: int = 0) -> FloatArray:
-        """Evaluate (22) or its derivative; see :meth:`Profile.__call__`."""
-        rate = 2 * np.pi * np.asarray(a, dtype=float)[..., None, :]
-        phase = rate * np.asarray(r, dtype=float)[:, None]
+    def _evaluate(self, a: FloatArray, r: FloatArray, order: int) -> FloatArray:
+        rate = 2 * np.pi * a[..., None, :]
+        phase = rate * r[:, None]
         if order == 0:
-            return np.asarray(self.offset + self.amplitude * np.sin(phase))
-        return np.asarray(self.amplitude * rate * np.cos(phase))
+            return self.offset + self.amplitude * np.sin(phase)
+        return self.amplitude * rate * np.cos(phase)
