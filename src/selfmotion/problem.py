@@ -120,7 +120,7 @@ class Problem:
 
     @property
     def rows(self) -> FloatArray:
-        """Where a trajectory has rows: the sample grid and every given waypoint, ascending."""
+        """The sample grid and every given waypoint, ascending; a trajectory has a row at each."""
         return np.unique(np.concatenate([self.grid, self.path.waypoints]))
 
     def _check_reach(self) -> None:

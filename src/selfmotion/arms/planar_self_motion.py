@@ -45,7 +45,7 @@ class PlanarLine:
 
     @property
     def wraps(self) -> BoolArray:
-        """Which joints are full turns, shape (n,): those without limits."""
+        """Which joints are full turns, shape (n,); those without limits are."""
         return ~self.limits.limited
 
     def pose(self, x: ArrayLike) -> FloatArray:

@@ -68,7 +68,7 @@ class Waypoints(Path):
 
     @property
     def breaks(self) -> FloatArray:
-        """The inner waypoints: corners of the polyline, jumps of the spline's third derivative."""
+        """The inner waypoints, which are corners of the polyline or jumps of the spline's third derivative."""
         return self.knots[1:-1]
 
     @property

@@ -50,7 +50,7 @@ class SinusoidProfile(Profile):
 
     @property
     def start(self) -> FloatArray:
-        """The offset: every sinusoid starts there."""
+        """The offset, where every sinusoid starts."""
         return self.offset
 
     def settings(self) -> dict[str, Any]:
