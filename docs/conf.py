@@ -12,13 +12,25 @@ import selfmotion
 project = "selfmotion"
 author = "The selfmotion developers"
 release = version = selfmotion.__version__
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode", "sphinx-mathjax-offline"]
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "sphinx-mathjax-offline",
+]
 source_suffix = {".md": "markdown"}
 exclude_patterns = ["_build", "_generated"]
 html_theme = "furo"
 html_title = f"selfmotion {release}"
 html_extra_path = ["_generated/problem.schema.json"]
-myst_enable_extensions = ["dollarmath", "colon_fence"]
+myst_enable_extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "sphinx-mathjax-offline",
+]
 myst_heading_anchors = 3
 autodoc_default_options = {"members": True, "inherited-members": True, "show-inheritance": True}
 autodoc_typehints = "none"

@@ -52,9 +52,14 @@ def test_plan_writes_its_folder_and_verify_accepts_it(run, seed_file, tmp_path):
     out_dir = tmp_path / "out dir ü"
     problem = seed_file(samples=120)
     assert run("plan", problem, "--out", str(out_dir))[0] == 0
-    assert {"plan.json", "trajectory.csv", "domain.png", "domain.svg", "joints.png", "postures.svg"} <= set(
-        os.listdir(out_dir)
-    )
+    assert {
+        "plan.json",
+        "trajectory.csv",
+        "motion_in_domain.png",
+        "motion_in_domain.svg",
+        "joints.png",
+        "postures.svg",
+    } <= set(os.listdir(out_dir))
     assert read((out_dir / "plan.json").read_text())["status"] == "solved"
     assert run("plan", problem, "--out", str(out_dir))[0] == 0  # its own files it replaces
     code, out, _ = run("verify", problem, str(out_dir / "trajectory.csv"), "--json")
@@ -89,7 +94,7 @@ def test_verify_says_where_and_why(run, seed_file, tmp_path, seed_plan):
     assert result["status"] == "broken"
     assert result["failures"][0]["check"] == "tracking"
     assert result["failures"][0]["row"] == 151
-    assert "tracking at r = 0.501672, row 151" in run("verify", seed_file(), str(file))[1]
+    assert "tracking at r = 0.501672, data row 151" in run("verify", seed_file(), str(file))[1]
     assert run("verify", seed_file(), str(file), "--tolerance", "1e-2")[0] == 0
 
 
@@ -164,6 +169,28 @@ def test_bad_input_is_2_in_one_line(run, seed_file, tmp_path, monkeypatch, argum
     else:
         assert out == ""
     assert sorted(os.listdir(tmp_path)) == before
+
+
+def test_a_failed_plan_leaves_no_earlier_motion_behind(run, seed_file, tmp_path):
+    out = tmp_path / "out"
+    assert run("plan", seed_file(), "--out", str(out))[0] == 0
+    (out / "joints.png").write_bytes(b"retouched by hand")
+    arm = {"kind": "planar", "links": [1, 1, 1], "limits": [[-2, 2]] * 3}
+    path = {"kind": "line", "start": [1.5, -3], "end": [1.5, 3.5]}
+    assert run("plan", seed_file(arm=arm, path=path), "--out", str(out))[0] == 2  # the retouched file is in the way
+    (out / "joints.png").unlink()
+    assert run("plan", seed_file(arm=arm, path=path), "--out", str(out))[0] == 3
+    assert {name for name in os.listdir(out) if not name.startswith(".")} == {"plan.json"}
+    assert read((out / "plan.json").read_text())["status"] == "infeasible"
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+@pytest.mark.parametrize(("end", "code"), [(">/dev/full", 2), (">&-", 0), ("| true", 0)])
+def test_a_reader_that_fails_is_no_traceback_and_no_other_verdict(end, code):
+    command = f"set -o pipefail; {sys.executable} -m selfmotion schema {end}"
+    done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, check=False)
+    assert done.returncode == code
+    assert "Traceback" not in done.stderr
 
 
 def test_schema_and_version(run):

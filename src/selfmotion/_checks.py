@@ -31,7 +31,8 @@ def finite_array(field: str, value: Any, ndim: int, columns: int | None = None) 
     if not np.isfinite(array).all():
         raise InvalidInputError(field, "contains NaN or infinity", want, value)
     if array.size and np.abs(array).max() > LARGEST:
-        raise InvalidInputError(field, f"exceeds {LARGEST:g} in magnitude", "change the unit of length", value)
+        remedy = "give smaller numbers, or change their unit"
+        raise InvalidInputError(field, f"exceeds {LARGEST:g} in magnitude", remedy, value)
     return array
 
 
@@ -82,6 +83,14 @@ def choice(field: str, value: Any, options: Iterable[str]) -> str:
     near = get_close_matches(str(value), known, 1) if isinstance(value, str) else []
     hint = f"did you mean {near[0]!r}? " if near else ""
     raise InvalidInputError(field, "is not known", f"{hint}choose one of {', '.join(known)}", value)
+
+
+def angles(field: str, value: Any, count: int | None = None) -> FloatArray:
+    """Return `value` as angles of at most 1000 rad: beyond, their directions are lost in rounding."""
+    array = finite_array(field, value, 1, count)
+    if array.size and np.abs(array).max() > 1e3:
+        raise InvalidInputError(field, "exceeds 1000 rad", "give angles in radians, modulo 2π", value)
+    return array
 
 
 def positive_pair(field: str, value: Any) -> FloatArray:

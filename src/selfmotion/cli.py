@@ -36,7 +36,7 @@ SeedOption = Annotated[int | None, typer.Option("--seed", metavar="N", help="See
 @app.callback(invoke_without_command=True)
 def _top(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
     if version:
-        print(__version__)
+        _say(__version__)
         raise typer.Exit(0)
 
 
@@ -58,26 +58,30 @@ def plan(
     if folder is not None:
         from selfmotion.plot import plan_figure_names
 
-        folder.check(["plan.json", "trajectory.csv", *plan_figure_names(case.arm.n_u)])
+        names = ["plan.json", "trajectory.csv", *plan_figure_names(case.arm.n_u)]
+        folder.check(names)
+    if seed is not None:
+        if seed < 0:
+            raise InvalidInputError("--seed", "is negative", "give a whole number from 0", seed)
+        planner = planner.with_seed(seed)
     try:
-        if seed is not None:
-            planner = planner.with_seed(seed)
         with _progress("planning") as report:
             result = planner.plan(case, report)
     except InvalidInputError as error:
         raise error.inside(source=problem) from None
+    except SelfMotionError as error:
+        if folder is not None:  # an earlier motion must not stay behind as if it were the answer
+            folder.write({"plan.json": _json(_failure(error)).encode()}, outdated=names)
+        raise
     summary = result.summary()
     if folder is not None:
         from selfmotion.plot import plan_figures
 
         files = {"plan.json": _json(summary).encode(), "trajectory.csv": trajectory_csv(result)}
         folder.write(files | plan_figures(result))
-    if as_json:
-        print(_json(summary), end="")
-        return
-    print(_verdict(summary))
-    if out is not None:
-        print(f"written to {out}")
+    _say(_json(summary) if as_json else _verdict(summary))
+    if out is not None and not as_json:
+        _say(f"written to {out}")
 
 
 @app.command()
@@ -113,12 +117,9 @@ def domain(
     result = {"status": "drawn", "blocked": [_blocked(part) for part in blocked] or None, "version": __version__}
     files["domain.json"] = _json({**result, "r": case.rows.tolist(), "u": elbows}).encode()
     folder.write(files)
-    if as_json:
-        print(_json(result), end="")
-    else:
-        print(f"angle domain with {' and '.join(elbows)} elbow at {len(case.rows)} places, written to {out}")
-        for part in blocked:
-            print(f"nothing is feasible for r in [{part.r[0]:.6g}, {part.r[1]:.6g}]: {part.cause}")
+    lines = [f"angle domain with {' and '.join(elbows)} elbow at {len(case.rows)} places, written to {out}"]
+    lines += [f"nothing is feasible for r in [{part.r[0]:.6g}, {part.r[1]:.6g}]: {part.cause}" for part in blocked]
+    _say(_json(result) if as_json else "\n".join(lines))
 
 
 @app.command()
@@ -138,7 +139,7 @@ def reproduce(
     with _progress("reproducing") as report:
         files = run(seed, command, report)
     folder.write(files)
-    print(f"report: {os.path.join(out, 'report.md')}")
+    _say(f"report: {os.path.join(out, 'report.md')}")
 
 
 @app.command()
@@ -168,13 +169,11 @@ def verify(
     verdict = judge(case, motion.r, motion.q, allowed)
     if as_json:
         status = {"status": "holds" if verdict.holds else "broken"}
-        print(_json({**status, **asdict(verdict), "rows": len(motion.r), "version": __version__}), end="")
+        _say(_json({**status, **asdict(verdict), "rows": len(motion.r), "version": __version__}))
     elif verdict.holds:
-        print(f"the motion holds: travel {verdict.cost_sampled:.9g}, tracking {verdict.max_tracking_error:.2g}")
+        _say(f"the motion holds: travel {verdict.cost_sampled:.9g}, tracking {verdict.max_tracking_error:.2g}")
     else:
-        print("the motion does not hold:")
-        for failure in verdict.failures:
-            print(f"  {failure}")
+        _say("\n  ".join(["the motion does not hold:", *map(str, verdict.failures)]))
     raise typer.Exit(0 if verdict.holds else 1)
 
 
@@ -183,7 +182,7 @@ def schema() -> None:
     """Print the JSON Schema of problem files."""
     from selfmotion.exchange.schema import json_schema
 
-    print(_json(json_schema()), end="")
+    _say(_json(json_schema()))
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -192,19 +191,18 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
 
 def _run(arguments: list[str]) -> int:
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # a name that the terminal cannot show is no reason to stop
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:  # closed by the caller
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
+        elif hasattr(stream, "reconfigure"):  # a name that the terminal cannot show is no reason to stop
             stream.reconfigure(errors="backslashreplace")
     command = typer.main.get_command(app)
     try:
-        code = command.main(args=arguments, prog_name="selfmotion", standalone_mode=False)
-        sys.stdout.flush()
+        code = command.main(args=arguments or ["--help"], prog_name="selfmotion", standalone_mode=False)
         return code if isinstance(code, int) else 0
     except SelfMotionError as error:
         return _report_error(error, "--json" in arguments)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
     except (KeyboardInterrupt, typer.Abort):
         print("selfmotion: interrupted", file=sys.stderr)
         return 130
@@ -216,23 +214,38 @@ def _run(arguments: list[str]) -> int:
         if not hasattr(error, "format_message"):
             raise
         text = " ".join(str(error.format_message()).split()).rstrip(".")
-        usage = InvalidInputError("", text, "see selfmotion --help") if text else None
-        return 2 if usage is None else _report_error(usage, "--json" in arguments)
+        return _report_error(InvalidInputError("", text, "see selfmotion --help"), "--json" in arguments)
+
+
+def _say(text: str) -> None:
+    """Print to stdout; a reader that has gone away changes nothing, a full disk is said."""
+    try:
+        print(text.removesuffix("\n"), flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as error:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 (nothing more can be said there)
+        raise InvalidInputError("stdout", f"cannot be written to ({error.strerror})", "make room") from None
+
+
+def _failure(error: SelfMotionError) -> dict[str, Any]:
+    """Return the result object of a run that ended without a motion."""
+    from selfmotion.plans import result_object
+
+    blocked = [_blocked(part) for part in error.blocked] if isinstance(error, InfeasibleError) else None
+    details = {
+        "message": error.message,
+        "remedy": error.remedy,
+        "file": getattr(error, "source", None),
+        "field": getattr(error, "field", None) or None,
+    }
+    return result_object(status=error.status, blocked=blocked, error=details)
 
 
 def _report_error(error: SelfMotionError, as_json: bool) -> int:
     """Print one line on stderr, and with --json the result object; return the exit code."""
-    if as_json:
-        from selfmotion.plans import result_object
-
-        blocked = [_blocked(part) for part in error.blocked] if isinstance(error, InfeasibleError) else None
-        details = {
-            "message": error.message,
-            "remedy": error.remedy,
-            "file": getattr(error, "source", None),
-            "field": getattr(error, "field", None),
-        }
-        print(_json(result_object(status=error.status, blocked=blocked, error=details)), end="")
+    if as_json and getattr(error, "field", None) != "stdout":
+        _say(_json(_failure(error)))
     print("selfmotion: " + " ".join(str(error).split()), file=sys.stderr)
     return error.exit_code
 

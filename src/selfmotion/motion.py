@@ -11,6 +11,7 @@ from selfmotion._types import FloatArray
 from selfmotion.angles import nearest_turn
 from selfmotion.arms import RedundantArm
 from selfmotion.paths import Path
+from selfmotion.paths.base import path_parameter
 
 Curve = Callable[[FloatArray, int], FloatArray]
 """u(r) or du/dr: maps r of shape (k,) and an order, 0 or 1, to shape (k, n_u)."""
@@ -45,7 +46,7 @@ class Motion:
 
     def u(self, r: ArrayLike, order: int = 0) -> FloatArray:
         """Return the redundancy vector or its derivative, shape (..., n_u)."""
-        values = np.asarray(r, dtype=float)
+        values = path_parameter(r)
         return self._curve(values.reshape(-1), order).reshape(*values.shape, self.arm.n_u)
 
     def __call__(self, r: ArrayLike) -> FloatArray:

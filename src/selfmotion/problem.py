@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from selfmotion._checks import choice, finite_array, integer, read_only
+from selfmotion._checks import angles, choice, finite_array, integer, read_only
 from selfmotion._types import FloatArray
 from selfmotion.arms import RedundantArm
 from selfmotion.domain import angle_domain
@@ -85,6 +85,9 @@ class Problem:
         objective: str = "joint_travel",
         samples: int = 1000,
     ) -> None:
+        for name, given, wanted in (("arm", arm, RedundantArm), ("path", path, Path)):
+            if not isinstance(given, wanted):
+                raise InvalidInputError(name, f"is a {type(given).__name__}", f"give the {name} itself")
         self.arm = arm
         self.path = path
         self.samples = integer("samples", samples, 2, MAX_SAMPLES)
@@ -141,7 +144,7 @@ class Problem:
         if set(entry) not in ({"u"}, {"q"}):
             raise InvalidInputError(name, "needs either u or q", "write {u: […]} or {q: […]}", dict(entry))
         if "u" in entry:
-            posture = Posture(finite_array(f"{name}.u", entry["u"], 1, self.arm.n_u))
+            posture = Posture(angles(f"{name}.u", entry["u"], self.arm.n_u))
         else:
             posture = self._from_joints(name, finite_array(f"{name}.q", entry["q"], 1, self.arm.n), r)
         self._check_inside(name, posture, r)
@@ -196,7 +199,7 @@ class Problem:
             return "choose another redundancy vector"
         domain = angle_domain(self.arm, self.path)
         sets = [(domain(r, branch), self.arm.branches[branch]) for branch in self._elbow_branches]
-        parts = [f"{feasible} with a {branch} elbow" for feasible, branch in sets if feasible]
+        parts = [f"{feasible} with a {branch} elbow" for feasible, branch in sets if feasible.measure > 0]
         return f"u may lie in {' or '.join(parts)}" if parts else "no posture is feasible there"
 
     def may_start_at(self, u: FloatArray, branch: int) -> bool:

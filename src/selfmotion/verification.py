@@ -50,9 +50,9 @@ class Failure:
     row: int | None = None
 
     def __str__(self) -> str:
-        place = f"r = {self.r:.6g}" + ("" if self.row is None else f", row {self.row}")
+        place = f"r = {self.r:.6g}" + ("" if self.row is None else f", data row {self.row}")
         who = "" if self.joint is None else f" of joint {self.joint}"
-        return f"{self.check}{who} at {place}: {self.value:.6g}, allowed {self.allowed:.6g}"
+        return f"{self.check}{who} at {place}: {self.value:.9g}, allowed {self.allowed:.9g}"
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from selfmotion.plot.domain import DomainOutline
 def test_the_same_plan_gives_the_same_bytes(seed_plan):
     first, again = plan_figures(seed_plan), plan_figures(seed_plan)
     assert first == again
-    assert set(first) == {f"{n}.{k}" for n in ("postures", "joints", "domain") for k in ("png", "svg")}
+    assert set(first) == {f"{n}.{k}" for n in ("postures", "joints", "motion_in_domain") for k in ("png", "svg")}
     assert all(first[name].startswith(b"\x89PNG") for name in first if name.endswith("png"))
 
 
@@ -75,3 +75,24 @@ def test_an_empty_domain_is_an_empty_picture(seed_arm):
         draw_domain(axes, domain, 0)
         assert not axes.collections
         assert all(len(line.get_xdata()) == 0 for line in axes.lines)
+
+
+def test_the_seam_of_the_window_is_no_boundary():
+    """Without limits and inside the hole-free workspace every direction is feasible: no edge may be drawn."""
+    domain = sm.angle_domain(sm.PlanarArm([1, 1, 0.5]), sm.Line([1.0, 0.1], [1.0, 0.5]))
+    assert domain(0.5, 0).is_full
+    with figure() as (_, (axes,)):
+        draw_domain(axes, domain, 0)
+        assert all(np.isnan(line.get_ydata()).all() for line in axes.lines if len(line.get_ydata()))
+
+
+def test_where_a_region_opens_and_closes_it_is_closed():
+    arm = sm.PlanarArm([7, 7, 4, 1.5], [(-2, 2), None, (-1.6, 1.6), (-1, 2.5)], direction=-np.pi / 3)
+    outline = DomainOutline(sm.angle_domain(arm, sm.Circle([6, 4], 4)), 1, 801)
+    fronts = outline.fronts()
+    assert fronts
+    for r, low, high in fronts:
+        k = int(np.argmin(np.abs(outline.r - r)))
+        ends = outline.pieces[k].ravel()
+        assert np.abs(ends - low).min() < 1e-12
+        assert np.abs(ends - high).min() < 1e-12

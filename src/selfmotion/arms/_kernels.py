@@ -34,7 +34,8 @@ def two_link(l1: float, l2: float, wx: FloatArray, wy: FloatArray, sign: float) 
     short, long = total - d, d - rest
     s = np.sqrt(np.maximum(short * (total + d), 0.0))
     c = np.sqrt(np.maximum(long * (d + rest), 0.0))
-    scale = 1.0 / (s * s + c * c)
+    # Zero only where one link is lost in the rounding of the other, so that its angle does not matter.
+    scale = 1.0 / np.maximum(s * s + c * c, 1e-300)
     sin2 = (2.0 * sign) * s * c * scale
     cos2 = (c - s) * (c + s) * scale
     along, across = l1 + l2 * cos2, l2 * sin2

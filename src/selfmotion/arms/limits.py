@@ -122,7 +122,7 @@ class JointLimits:
             Changed in place.
         start : array_like, shape (n,), optional
             Posture that the motions start from; without it each limited joint is moved by the number of turns
-            that leaves it least outside, and a free joint starts in [−π, π].
+            that leaves it least outside, the fewest if several do, and a free joint starts in [−π, π].
 
         Returns
         -------
@@ -145,10 +145,9 @@ class JointLimits:
         return Lifted(q, excess)
 
     def _turns(self, low: FloatArray, high: FloatArray, joints: IntArray) -> FloatArray:
-        """Return the whole turns that bring the extents [low, high] of `joints` best inside their limits."""
+        """Return the fewest whole turns that bring the extents [low, high] of `joints` best inside their limits."""
         lower, upper = self.lower[joints], self.upper[joints]
+        least, most = np.ceil((lower - low) / TAU), np.floor((upper - high) / TAU)
         with np.errstate(invalid="ignore"):
             centred = np.rint((lower + upper - low - high) / (2 * TAU))
-            raised = np.maximum(np.ceil((lower - low) / TAU), 0.0)
-            lowered = np.minimum(np.floor((upper - high) / TAU), 0.0)
-        return np.where(np.isinf(upper), raised, np.where(np.isinf(lower), lowered, centred))
+        return np.where(least <= most, np.clip(0.0, least, most), centred)

@@ -66,7 +66,8 @@ class PlanarArm:
             raise InvalidInputError("links", f"has {self.n} entries", f"give {least} to {MAX_LINKS}{why}", links)
         for j, length in enumerate(self.links):
             if not length >= 1 / LARGEST:
-                raise InvalidInputError(f"links.{j}", "must be greater than zero", "give a length", float(length))
+                reason = "is too small" if length > 0 else "must be greater than zero"
+                raise InvalidInputError(f"links.{j}", reason, "give a length", float(length))
         self.limits = JointLimits(limits, self.n)
         self.direction = None if direction is None else number("direction", direction, -1e3, 1e3)
         self.n_u = self.n - 2 - (self.direction is not None)

@@ -28,8 +28,8 @@ class OutputFolder:
     """
 
     def __init__(self, path: str | os.PathLike[str], force: bool = False) -> None:
-        if "\0" in os.fspath(path):
-            raise InvalidInputError("--out", "has a null character in it", "name another folder", path)
+        if not os.fspath(path) or "\0" in os.fspath(path):
+            raise InvalidInputError("--out", "is no name of a folder", "name one", str(path))
         self.path = Path(path)
         self.force = force
 
@@ -61,13 +61,15 @@ class OutputFolder:
         except OSError as error:
             raise _cannot_write(self.path, error) from None
 
-    def write(self, contents: Mapping[str, bytes]) -> list[Path]:
+    def write(self, contents: Mapping[str, bytes], outdated: Iterable[str] = ()) -> list[Path]:
         """Write files, each whole or not at all.
 
         Parameters
         ----------
         contents : mapping
             File name to bytes.
+        outdated : iterable of str
+            Names of files of an earlier run that these results contradict; removed if selfmotion wrote them.
 
         Returns
         -------
@@ -83,6 +85,9 @@ class OutputFolder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             manifest = self._manifest()
+            for name in set(outdated) - set(contents):
+                if manifest.pop(name, None) == _checksum_of(self.path / name):
+                    (self.path / name).unlink()
             manifest.update({name: _checksum(data) for name, data in contents.items()})
             record = json.dumps({"generator": f"selfmotion {__version__}", "files": manifest}, indent=1)
             staged = [(self._stage(data), name) for name, data in contents.items()]
@@ -120,21 +125,24 @@ def read_text(file: str | os.PathLike[str], largest: int = 200_000_000) -> str:
     InvalidInputError
         If it cannot be read, is larger than `largest` bytes, or is not text.
     """
-    path = Path(file)
+    path, source = Path(file), os.fspath(file)
+    if "\0" in source:
+        raise InvalidInputError("", "is no name of a file", "name one", source)
     try:
         if path.is_dir():
-            raise InvalidInputError("", "is a folder", "name a file", source=str(file))
+            raise IsADirectoryError
         if path.stat().st_size > largest:
-            raise InvalidInputError("", f"is larger than {largest} bytes", "is it the right file?", source=str(file))
-        text = path.read_bytes().decode("utf-8-sig")
+            raise InvalidInputError("", f"is larger than {largest} bytes", "is it the right file?", source=source)
+        return path.read_bytes().decode("utf-8-sig")
+    except IsADirectoryError:
+        raise InvalidInputError("", "is a folder", "name a file", source=source) from None
     except FileNotFoundError:
-        raise InvalidInputError("", "does not exist", "check the name", source=str(file)) from None
+        raise InvalidInputError("", "does not exist", "check the name", source=source) from None
     except UnicodeDecodeError:
-        raise InvalidInputError("", "is not a UTF-8 text file", "is it the right file?", source=str(file)) from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InvalidInputError("", f"cannot be read ({reason})", "check the file", source=str(file)) from None
-    return text
+        raise InvalidInputError("", "is not a UTF-8 text file", "is it the right file?", source=source) from None
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InvalidInputError("", f"cannot be read ({reason})", "check the file", source=source) from None
 
 
 def _cannot_write(path: Path, error: OSError) -> InvalidInputError:
@@ -144,6 +152,10 @@ def _cannot_write(path: Path, error: OSError) -> InvalidInputError:
 
 def _checksum(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
+
+
+def _checksum_of(file: Path) -> str:
+    return _checksum(file.read_bytes()) if file.is_file() else ""
 
 
 def _umask() -> int:

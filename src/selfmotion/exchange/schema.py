@@ -43,6 +43,22 @@ _SECTIONS: dict[str, Mapping[str, type]] = {
 _NESTED = {Path: "path", Optimizer: "optimizer"}
 
 
+# pydantic's error types in our words: what is wrong, what to do.
+_REASONS = {
+    "float_type": ("is not a number", "give a finite number"),
+    "finite_number": ("is not finite", "give a finite number; an open limit is null"),
+    "int_type": ("is not a whole number", "give a whole number"),
+    "bool_type": ("is neither true nor false", "write true or false"),
+    "string_type": ("is not text", "give a name"),
+    "list_type": ("is not a list", "write […]"),
+    "dict_type": ("is not a mapping", "write {{kind: …}}"),
+    "model_type": ("is not a mapping", "write {{name: value}}"),
+    "too_short": ("has too few entries", "give at least {min_length}"),
+    "too_long": ("has too many entries", "give at most {max_length}"),
+    "literal_error": ("is not known", "choose {expected}"),
+}
+
+
 def _section(name: str) -> Any:
     # A mark, not a $ref: pydantic resolves references itself, and these definitions are ours.
     return Annotated[dict[str, Any], WithJsonSchema({"x-section": name})]
@@ -136,8 +152,8 @@ def _as_ours(model: type[BaseModel], problem: Any) -> InvalidInputError:
         return InvalidInputError(field, "is not a known field", f"{hint}the fields are {', '.join(known)}")
     if field.startswith("obstacles"):
         return InvalidInputError(field, "is not empty, and this version plans without obstacles", "remove them")
-    text = str(problem["msg"])
-    return InvalidInputError(field, text[:1].lower() + text[1:], "correct the value", problem["input"])
+    reason, remedy = _REASONS.get(problem["type"], (str(problem["msg"]).lower(), "see the schema: selfmotion schema"))
+    return InvalidInputError(field, reason, remedy.format(**problem.get("ctx", {})), problem["input"])
 
 
 def _is_union_tag(part: Any) -> bool:

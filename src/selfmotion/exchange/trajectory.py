@@ -103,5 +103,6 @@ def _number(text: str, k: int, column: str, source: str) -> float:
     except ValueError:
         value = np.nan
     if not np.isfinite(value) or abs(value) > 1e9:
-        raise InvalidInputError(f"row {k + 1}, column {column}", "is not a finite number", "correct it", text, source)
+        reason = "is not a number of at most 1e9 in magnitude"
+        raise InvalidInputError(f"row {k + 1}, column {column}", reason, "correct it", text, source)
     return value

@@ -68,7 +68,10 @@ class CMAES(Optimizer):
     def _drive(self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> None:
         if len(lower) < 2:
             raise InvalidInputError(
-                "optimizer.kind", "cma needs two variables or more", "use pso, gwo, ga or differential_evolution", "cma"
+                "planner.optimizer.kind",
+                "needs two variables or more",
+                "use pso, gwo, ga or differential_evolution",
+                "cma",
             )
         try:
             with warnings.catch_warnings():
@@ -76,7 +79,7 @@ class CMAES(Optimizer):
                 import cma
         except ImportError:
             raise MissingExtraError(
-                "optimizer.kind", "needs the package cma", "pip install 'selfmotion[bench]'", "cma"
+                "planner.optimizer.kind", "needs the package cma", "pip install 'selfmotion[bench]'", "cma"
             ) from None
         width = upper - lower
         strategy, start = None, np.full(len(lower), 0.5)

@@ -59,12 +59,10 @@ class Path(ABC):
         InvalidInputError
             If some r is outside [0, 1] or NaN, or the order is none of 0, 1, 2.
         """
-        values = np.asarray(r, dtype=float)
+        values = path_parameter(r)
         if order not in (0, 1, 2):
             raise InvalidInputError("order", "must be 0, 1 or 2", "higher derivatives are not offered", order)
-        if not ((values >= -_ROUNDING) & (values <= 1 + _ROUNDING)).all():
-            raise InvalidInputError("r", "leaves [0, 1]", "evaluate the path inside its range", r)
-        return self._evaluate(np.clip(values, 0.0, 1.0).reshape(-1), order).reshape((*values.shape, 2))
+        return self._evaluate(values.reshape(-1), order).reshape((*values.shape, 2))
 
     def grid(self, parts: int) -> FloatArray:
         """Return a uniform grid of [0, 1] with `parts` parts and every break of the path in it, ascending."""
@@ -86,3 +84,14 @@ class Path(ABC):
         """Whether the last point is the first one, to 1e-9 of :attr:`extent`."""
         first, last = self._evaluate(np.array([0.0, 1.0]), 0)
         return bool(np.hypot(*(last - first)) <= 1e-9 * self.extent)
+
+
+def path_parameter(r: ArrayLike) -> FloatArray:
+    """Return `r` as an array inside [0, 1]; more than rounding outside is an InvalidInputError."""
+    try:
+        values = np.asarray(r, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidInputError("r", "is not made of numbers", "give path parameters in [0, 1]", r) from None
+    if not ((values >= -_ROUNDING) & (values <= 1 + _ROUNDING)).all():
+        raise InvalidInputError("r", "leaves [0, 1]", "stay inside the path's range", r)
+    return np.clip(values, 0.0, 1.0)

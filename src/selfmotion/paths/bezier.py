@@ -1,13 +1,19 @@
-"""Bezier curves of any degree, by de Casteljau's algorithm."""
+"""Bezier curves of any degree."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.polynomial.chebyshev import chebder, chebinterpolate, chebval
 
 from selfmotion._checks import finite_array, read_only
 from selfmotion._types import FloatArray, Points
 from selfmotion.errors import InvalidInputError
 from selfmotion.paths.base import Path
+
+# Above this degree the same polynomial is summed as a Chebyshev series: linear instead of quadratic time.
+_MOST_CASTELJAU = 24
 
 
 class Bezier(Path):
@@ -25,8 +31,9 @@ class Bezier(Path):
 
     Notes
     -----
-    ``x(r) = Σ_k C(d, k) r^k (1 − r)^(d−k) B_k``; de Casteljau's convex combinations keep it stable at any
-    degree. Derivatives are Bezier curves of the differences ``d (B_{k+1} − B_k)``.
+    ``x(r) = Σ_k C(d, k) r^k (1 − r)^(d−k) B_k``; de Casteljau's convex combinations keep it stable at any degree; above
+    degree 24 it is interpolated from them, exactly but for rounding, as a Chebyshev series. Derivatives are Bezier
+    curves of the differences ``d (B_{k+1} − B_k)``.
     """
 
     kind = "bezier"
@@ -40,11 +47,21 @@ class Bezier(Path):
                 "control_points", "all coincide: the path has no length", "move one of them", control_points
             )
         self.control_points = read_only(points)
+        self._chebyshev: list[Any] = []
+        if len(points) - 1 > _MOST_CASTELJAU:
+            nodes: Any = lambda t: self._casteljau((t + 1) / 2, 0)  # noqa: E731
+            series = chebinterpolate(nodes, len(points) - 1)
+            self._chebyshev = [series, 2 * chebder(series), 4 * chebder(series, 2)]
 
     def __repr__(self) -> str:
         return f"Bezier({self.control_points.tolist()})"
 
     def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
+        if self._chebyshev:
+            return np.asarray(chebval(2 * r - 1, self._chebyshev[order]).T)
+        return self._casteljau(r, order)
+
+    def _casteljau(self, r: FloatArray, order: int) -> FloatArray:
         points = self.control_points
         for _ in range(order):
             degree = len(points) - 1

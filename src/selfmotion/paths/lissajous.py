@@ -40,7 +40,7 @@ class Lissajous(Path):
         self.radii = read_only(positive_pair("radii", radii))
         self.frequencies = read_only(finite_array("frequencies", frequencies, 1, 2))
         for frequency in self.frequencies:
-            number("frequencies", frequency, -1e4, 1e4)
+            number("frequencies", float(frequency), -1e4, 1e4)
         if not self.frequencies.any():
             raise InvalidInputError("frequencies", "are both zero: the path has no length", "give one", frequencies)
         self.phase = number("phase", phase, -1e3, 1e3)

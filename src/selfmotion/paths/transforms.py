@@ -154,13 +154,13 @@ class ArcLength(Path):
     With s the arc length and L the total, ``x_r = L x'/|x'|`` and ``x_rr = L² (x'' − T (T·x''))/|x'|²``,
     T the unit tangent. Where the original path stops (``|x'| = 0``, a cusp or a repeated control point) the
     tangent is taken from a neighbouring point. The inverse of s is found by Newton's method, kept in
-    its bracket by bisection, to about 1e-14.
+    its bracket by bisection, to about 1e-14. Arc length of arc length is arc length.
     """
 
     kind = "arc_length"
 
     def __init__(self, path: Path) -> None:
-        self.path = path
+        self.path: Path = path.path if isinstance(path, ArcLength) else path
         edges = self._panels()
         steps = self._lengths(edges[:-1], edges[1:])
         self._edges = edges
@@ -207,7 +207,7 @@ class ArcLength(Path):
             step = np.where(inside, newton, 0.5 * (low + high))
             moved = np.abs(step - t).max(initial=0.0)
             t = step
-            if moved <= 1e-15:
+            if moved <= 1e-14:
                 break
         return np.where(r == 1.0, 1.0, t)
 

@@ -5,6 +5,7 @@ A new planner is one file and one line in `PLANNERS`.
 
 from __future__ import annotations
 
+from selfmotion.errors import InvalidInputError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
 from selfmotion.planners.parametric import Candidates, Parametric, Sinusoid
@@ -39,6 +40,9 @@ def plan(problem: Problem, planner: Planner, progress: Progress | None = None) -
     NothingFeasibleError
         If no feasible motion was found; this proves nothing.
     """
+    for name, given, wanted in (("problem", problem, Problem), ("planner", planner, Planner)):
+        if not isinstance(given, wanted):
+            raise InvalidInputError(name, f"is a {type(given).__name__}", "call plan(problem, planner)")
     return planner.plan(problem, progress)
 
 

@@ -24,8 +24,9 @@ from selfmotion.verification import verify_motion
 
 # Candidates are evaluated in blocks of about this many joint angles: what stays in the processor's cache.
 _BLOCK = 16_000
-# Samples needed per oscillation, so that the chord sum sees what the curve does.
+# Samples needed per oscillation and per smooth piece of the path, so that the chord sum sees what the motion does.
 _SAMPLES_PER_CYCLE = 8
+_SAMPLES_PER_PIECE = 4
 # A candidate is inside the domain if it leaves it by rounding only: radians, or parts of the reach.
 _ROUNDING = 1e-12
 # An offset and a start that differ by less are the same [rad].
@@ -97,6 +98,8 @@ class Parametric(Planner):
     """
 
     def __init__(self, optimizer: Optimizer) -> None:
+        if not isinstance(optimizer, Optimizer):
+            raise InvalidInputError("optimizer", "is not an optimizer", "give one, such as PSO(…)", optimizer)
         self.optimizer = optimizer
 
     @abstractmethod
@@ -159,15 +162,19 @@ class Parametric(Planner):
             raise InvalidInputError(
                 "cyclic", f"cannot be kept by planner {self.kind}", "set cyclic: false", problem.cyclic
             )
-        lower, upper = self.optimizer.box(len(profile.parameter_names))
-        needed = int(np.ceil(_SAMPLES_PER_CYCLE * max(profile.cycles(lower), profile.cycles(upper))))
-        if problem.samples < needed:
-            raise InvalidInputError(
-                "samples",
-                "cannot resolve the fastest profile inside the optimizer's bounds",
-                f"give at least {needed}, or lower planner.optimizer.bounds",
-                problem.samples,
-            )
+        try:
+            lower, upper = self.optimizer.box(len(profile.parameter_names))
+        except InvalidInputError as error:
+            raise error.inside("planner.optimizer") from None
+        cycles = int(np.ceil(_SAMPLES_PER_CYCLE * max(profile.cycles(lower), profile.cycles(upper))))
+        pieces = _SAMPLES_PER_PIECE * (len(problem.path.breaks) + 1)
+        if problem.samples < cycles:
+            reason = "cannot resolve the fastest profile inside the optimizer's bounds"
+            remedy = f"give at least {cycles}, or lower planner.optimizer.bounds"
+            raise InvalidInputError("samples", reason, remedy, problem.samples)
+        if problem.samples < pieces and len(problem.path.breaks):
+            reason = f"cannot resolve a path of {len(problem.path.breaks) + 1} pieces"
+            raise InvalidInputError("samples", reason, f"give at least {pieces}", problem.samples)
 
     @staticmethod
     def _starting_branches(problem: Problem, profile: Profile) -> list[int]:

@@ -13,7 +13,7 @@ from selfmotion.plot.workspace import draw_path, draw_postures
 
 def plan_figure_names(n_u: int) -> list[str]:
     """Return the names of the files that :func:`plan_figures` makes for an arm of redundancy `n_u`."""
-    names = ["postures", "joints", *(["domain"] if n_u == 1 else [])]
+    names = ["postures", "joints", *(["motion_in_domain"] if n_u == 1 else [])]
     return [f"{name}.{suffix}" for name in names for suffix in ("png", "svg")]
 
 
@@ -24,7 +24,7 @@ def plan_figures(plan: Plan) -> dict[str, bytes]:
         r = plan.problem.rows
         domain = angle_domain(plan.problem.arm, plan.problem.path)
         curve = {"this plan": (r, plan.u(r)[:, 0])}
-        files |= rendered("domain", draw_domain, domain, plan.motion.branch, curve)
+        files |= rendered("motion_in_domain", draw_domain, domain, plan.motion.branch, curve)
     return files
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -103,6 +104,22 @@ class DomainOutline:
             running = following
         return done + [Strip(np.array(rows)) for rows in running]
 
+    def fronts(self) -> list[tuple[float, float, float]]:
+        """Return the edges across u as (r, lower, upper): where intervals open, close, split or merge."""
+        found = []
+        for k in range(len(self.r) - 1):
+            for at, beyond, r in ((k, k + 1, self.r[k]), (k + 1, k, self.r[k + 1])):
+                for low, high in self.pieces[at]:
+                    near = [piece for piece in self.pieces[beyond] if piece[0] <= high and low <= piece[1]]
+                    if not near:
+                        found.append((r, low, high))
+                    found += [(self.r[beyond], a[1], b[0]) for a, b in itertools.pairwise(near)]
+        return [(float(r), float(low), float(high)) for r, low, high in found if high > low]
+
+    def open_edge(self, u: FloatArray) -> FloatArray:
+        """Return `u`, NaN where it is only the seam at which the window is cut and no end of an interval."""
+        return np.where(np.abs(np.abs(u - self.center) - np.pi) < 1e-9, np.nan, u)
+
     def points(self) -> FloatArray:
         """Return where a single posture is feasible, such as a fold, as rows (r, u)."""
         columns = zip(self.r, self.pieces, strict=True)
@@ -152,7 +169,9 @@ def draw_domain(
         axes.fill_between(r, low, high, color=REGION, linewidth=0.3)
         for edge, shown in ((low, strip.low_edge), (high, strip.high_edge)):
             if shown:
-                axes.plot(r, edge, color=INK, linewidth=0.8)
+                axes.plot(r, outline.open_edge(edge), color=INK, linewidth=0.8)
+    for r, low, high in outline.fronts():
+        axes.plot([r, r], [low, high], color=INK, linewidth=0.8)
     points = outline.points()
     axes.plot(points[:, 0], points[:, 1], ".", color=INK, markersize=1.2, markeredgewidth=0)
     values = [strip.rows[:, 1:] for strip in strips] + [points[:, 1]]
@@ -167,6 +186,7 @@ def draw_domain(
     axes.set_ylim(low - margin, high + margin)
     axes.set_xlabel("path parameter r")
     axes.set_ylabel("redundancy parameter u [rad]")
-    axes.set_title(f"angle domain, {domain.self_motion.branches[branch]} elbow")
+    remark = "" if strips else ": single postures only" if len(points) else ": empty"
+    axes.set_title(f"angle domain, {domain.self_motion.branches[branch]} elbow{remark}")
     if curves:
         axes.legend(loc="best", handlelength=3)

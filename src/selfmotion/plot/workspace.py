@@ -24,8 +24,10 @@ def draw_path(axes: Axes, problem: Problem) -> None:
     axes.plot(x[:, 0], x[:, 1], color=COLORS[0], linewidth=1.8, zorder=3)
     axes.plot(*x[0], "o", color=COLORS[0], markersize=4, zorder=4)
     axes.plot(*x[-1], "s", color=COLORS[0], markersize=4, markerfacecolor="white", zorder=4)
-    for point, label in ((x[0], "start"), (x[-1], "end")):
-        axes.annotate(label, point, xytext=(5, -9), textcoords="offset points", color=INK, zorder=5)
+    ends = {"start = end": x[0]} if problem.path.is_closed else {"start": x[0], "end": x[-1]}
+    for label, point in ends.items():
+        box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
+        axes.annotate(label, point, xytext=(6, -10), textcoords="offset points", color=INK, zorder=6, bbox=box)
     _frame(axes, x)
 
 

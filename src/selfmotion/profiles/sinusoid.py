@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from selfmotion._checks import finite_array, read_only
+from selfmotion._checks import angles, read_only
 from selfmotion._types import FloatArray, Vector
 from selfmotion.errors import InvalidInputError
 from selfmotion.profiles.base import Profile
@@ -31,8 +31,8 @@ class SinusoidProfile(Profile):
     kind = "sinusoid"
 
     def __init__(self, offset: Vector, amplitude: Vector) -> None:
-        self.offset = read_only(finite_array("offset", offset, 1))
-        self.amplitude = read_only(finite_array("amplitude", amplitude, 1, len(self.offset)))
+        self.offset = read_only(angles("offset", offset))
+        self.amplitude = read_only(angles("amplitude", amplitude, len(self.offset)))
         if not self.amplitude.any():
             raise InvalidInputError(
                 "amplitude", "is zero: no frequency changes the curve", "give at least one amplitude", amplitude

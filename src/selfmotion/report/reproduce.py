@@ -122,5 +122,6 @@ def _table_row(row: dict[str, Any], optimum: float) -> str:
     if printed is not None:
         cells = [f"{printed['fitness']:.9g}", f"{printed['f']:.4f}", f"{row['computed_at_printed_f']:.6f}"]
     excess = row["cost_sampled"] - optimum
-    cells += [f"{row['cost_sampled']:.8f}", f"{row['parameters']['f']:.4f}", f"{excess:.1e}"]
+    above = "< 1e-12" if abs(excess) < 1e-12 else f"{excess:.1e}"
+    cells += [f"{row['cost_sampled']:.8f}", f"{row['parameters']['f']:.4f}", above]
     return f"| {row['label']} | " + " | ".join(cells) + " |"
