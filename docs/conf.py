@@ -24,13 +24,7 @@ exclude_patterns = ["_build", "_generated"]
 html_theme = "furo"
 html_title = f"selfmotion {release}"
 html_extra_path = ["_generated/problem.schema.json"]
-myst_enable_extensions = [
-    "myst_parser",
-    "sphinx.ext.autodoc",
-    "sphinx.ext.napoleon",
-    "sphinx.ext.viewcode",
-    "sphinx-mathjax-offline",
-]
+myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
 autodoc_default_options = {"members": True, "inherited-members": True, "show-inheritance": True}
 autodoc_typehints = "none"

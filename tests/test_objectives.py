@@ -84,3 +84,32 @@ def test_every_objective_is_convex_and_homogeneous(kind):
 def test_bad_weights_are_refused(bad):
     with pytest.raises(sm.InvalidInputError):
         joint_weights(bad, 3)
+
+
+def test_l1_of_random_motions_against_the_sum_between_turning_points():
+    """l1 is Σ|Δθ| over the pieces on which a joint is monotone: a fine grid, its turns refined, and no quadrature."""
+    rng = np.random.default_rng(3)
+    checked = 0
+    while checked < 25:
+        arm = sm.PlanarArm(rng.uniform(0.8, 1.2, 3))
+        start, end = rng.uniform(-0.5, 0.5, (2, 2))
+        path = sm.Line(start + np.array([1.6, 0.0]), end + np.array([1.6, 0.5]))
+        profile, f = SinusoidProfile([rng.uniform(-0.3, 0.3)], [0.2]), np.array([rng.uniform(0, 4)])
+        motion = Motion(arm, path, lambda r, order, p=profile, f=f: p(f, r, order), 0, 4000)
+        r = np.linspace(0, 1, 40_001)
+        if arm.reach_margin(path(r), motion.u(r)).min() < 0.05:
+            continue
+        exact = 0.0
+        for joint in range(3):
+            rates = motion.rates(r)[:, joint]
+            turns = np.flatnonzero(np.sign(rates[1:]) * np.sign(rates[:-1]) < 0)
+            low, high = r[turns].copy(), r[turns + 1].copy()
+            for _ in range(50):
+                middle = (low + high) / 2
+                same = np.sign(motion.rates(middle)[:, joint]) == np.sign(rates[turns])
+                low, high = np.where(same, middle, low), np.where(same, high, middle)
+            exact += np.abs(np.diff(motion(np.concatenate([[0.0], low, [1.0]]))[:, joint])).sum()
+        ours = OBJECTIVES["l1"]().integral(motion.rates, path.grid(250), np.ones(3))
+        assert abs(ours.value - exact) <= ours.error + 1e-12
+        assert ours.error < 1e-8
+        checked += 1

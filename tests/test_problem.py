@@ -24,7 +24,7 @@ def test_start_may_be_given_three_ways():
     by_q = sm.Problem(ARM, PATH, start={"q": q}).start
     assert by_list.u == by_u.u
     assert by_q.u[0] == pytest.approx(0.3)
-    assert by_q.branch == 0
+    assert by_q.branches == (0,)
 
 
 REFUSED = {

@@ -56,3 +56,13 @@ def test_the_estimate_is_true_where_the_error_is_large(tolerance):
     for function, exact in ((np.sqrt, 2 / 3), (lambda x: np.abs(x - 0.3), 0.29)):
         result = integrate(function, np.array([0.0, 1.0]), tolerance)
         assert 1e-9 < abs(result.value - exact) <= result.error
+
+
+@pytest.mark.parametrize("place", [0.5 + 1.2e-5, 0.5 + 1e-5, 0.5022123621862172, 0.5 - 1e-6, 1e-6, 1 - 1e-6])
+def test_kinks_and_jumps_near_a_panel_s_ends_are_seen(place):
+    """Beyond the outermost node K15 and G7 agree on the wrong answer."""
+    edges = np.linspace(0, 1, 251)
+    kink = integrate(lambda r: np.abs(r - place), edges)
+    assert abs(kink.value - (place**2 + (1 - place) ** 2) / 2) <= kink.error
+    jump = integrate(lambda r: (r > place) * 1.0, edges)
+    assert abs(jump.value - (1 - place)) <= jump.error + 1e-16

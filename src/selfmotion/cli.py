@@ -104,14 +104,14 @@ def domain(
         feasible = angle_domain(case.arm, case.path)
     except InvalidInputError as error:
         raise error.inside(source=problem) from None
-    blocked = blocked_stretches(case.arm, case.path, case.samples, case.branches)
+    blocked = blocked_stretches(case.arm, case.path, case.samples, case.elbow_branches)
     sampled = feasible.sample(case.rows)
     elbows = {
         case.arm.branches[branch]: [sampled[branch].interval_set(k).intervals.tolist() for k in range(len(case.rows))]
-        for branch in case.branches
+        for branch in case.elbow_branches
     }
     with figure(width=3.5 * len(elbows), columns=len(elbows)) as (canvas, axes):
-        for branch, one in zip(case.branches, axes, strict=True):
+        for branch, one in zip(case.elbow_branches, axes, strict=True):
             draw_domain(one, feasible, branch)
         files = image_files("domain", canvas)
     result = {"status": "drawn", "blocked": [_blocked(part) for part in blocked] or None, "version": __version__}

@@ -14,7 +14,7 @@ from selfmotion._types import FloatArray
 from selfmotion.angles import wrap
 from selfmotion.errors import InvalidInputError
 from selfmotion.problem import Problem
-from selfmotion.verification import Failure, finite_or_none
+from selfmotion.verification import ANGLE, Failure, elbow_failures, end_failures, finite_or_none
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,8 @@ class Tolerances:
 # A step above _ODD_STEP that is _ODD_RATIO times faster than both its neighbours is a jump that rows hide.
 _ODD_STEP = 0.02
 _ODD_RATIO = 8.0
-# Two path parameters, or two angles, that count as the same.
+# Two path parameters that count as the same.
 _SAME = 1e-9
-_ANGLE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -206,27 +205,11 @@ def _continuity(motion: _Sampled) -> Iterator[Failure]:
 
 
 def _elbow(motion: _Sampled) -> Iterator[Failure]:
-    elbow = motion.problem.elbow
-    if elbow == "any":
-        return
-    wrong = ~motion.problem.arm.is_on_branch(motion.q, elbow, _ANGLE)
-    if wrong.any():
-        row = int(np.argmax(wrong))
-        yield motion.failure("elbow", row, np.sin(motion.q[row, 1]), 0.0, 1)
+    yield from elbow_failures(motion.problem, motion.r, motion.q)
 
 
 def _ends(motion: _Sampled) -> Iterator[Failure]:
-    arm = motion.problem.arm
-    for name, posture, row in (("start", motion.problem.start, 0), ("end", motion.problem.end, -1)):
-        if posture is None:
-            continue
-        if posture.q is None:
-            off = np.abs(wrap(arm.u_of(motion.q[row]) - posture.u))
-        else:
-            off = motion.q[row] - posture.q
-            off = np.abs(np.where(arm.limits.limited, off, wrap(off)))
-        if off.max() > _ANGLE:
-            yield motion.failure(name, row, off.max(), _ANGLE)
+    yield from end_failures(motion.problem, motion.q)
 
 
 def _closure(motion: _Sampled) -> Iterator[Failure]:
@@ -236,5 +219,5 @@ def _closure(motion: _Sampled) -> Iterator[Failure]:
     if motion.problem.cyclic == "modulo":
         gap = np.where(motion.problem.arm.limits.limited, gap, wrap(gap))
     joint = int(np.argmax(np.abs(gap)))
-    if abs(gap[joint]) > _ANGLE:
-        yield motion.failure("closure", -1, abs(gap[joint]), _ANGLE, joint)
+    if abs(gap[joint]) > ANGLE:
+        yield motion.failure("closure", -1, abs(gap[joint]), ANGLE, joint)

@@ -37,13 +37,13 @@ class Posture:
         Redundancy vector [rad].
     q : array, shape (n,), or None
         Joint angles, turns included, if they were given.
-    branch : int or None
-        The branch, if the joints were given.
+    branches : tuple of int or None
+        The branches that the joints are on, if those were given; several at a fold.
     """
 
     u: FloatArray
     q: FloatArray | None = None
-    branch: int | None = None
+    branches: tuple[int, ...] | None = None
 
 
 class Problem:
@@ -105,16 +105,16 @@ class Problem:
         return f"Problem({self.arm!r}, {self.path!r}, elbow={self.elbow!r}, objective={self.objective.kind!r})"
 
     @property
-    def branches(self) -> list[int]:
-        """Indices of the branches that may be used throughout."""
-        if self.start is not None and self.start.branch is not None:
-            return [self.start.branch]
-        return self._elbow_branches
-
-    @property
-    def _elbow_branches(self) -> list[int]:
+    def elbow_branches(self) -> list[int]:
+        """Indices of the branches that a motion may use somewhere."""
         names = self.arm.branches
         return list(range(len(names))) if self.elbow == "any" else [names.index(self.elbow)]
+
+    @property
+    def start_branches(self) -> list[int]:
+        """Indices of the branches that a motion may start on."""
+        given = None if self.start is None else self.start.branches
+        return self.elbow_branches if given is None else list(given)
 
     @property
     def grid(self) -> FloatArray:
@@ -160,13 +160,11 @@ class Problem:
                 "give joint angles that hold the tool on the path (and in its direction), or give u",
                 q.tolist(),
             )
-        branch = int(arm.branch_of(q))
-        if branch not in self._elbow_branches:
-            branch = self._elbow_branches[0]
-            if not arm.is_on_branch(q, branch, _ON_LIMIT):
-                reason = f"is not on the {self.elbow} elbow"
-                raise InvalidInputError(f"{name}.q", reason, "change elbow or q", q.tolist())
-        return Posture(arm.u_of(q), q, branch)
+        branches = tuple(b for b in self.elbow_branches if arm.is_on_branch(q, b, _ON_LIMIT))
+        if not branches:
+            reason = f"is not on the {self.elbow} elbow"
+            raise InvalidInputError(f"{name}.q", reason, "change elbow or q", q.tolist())
+        return Posture(arm.u_of(q), q, branches)
 
     def _check_inside(self, name: str, posture: Posture, r: float) -> None:
         """Refuse a posture that no allowed branch can take, saying which constraint forbids it."""
@@ -176,7 +174,7 @@ class Problem:
             tried = [(excess, posture.q)]
         else:
             tried = []
-            for branch in self._elbow_branches:
+            for branch in self.elbow_branches:
                 q, ok = arm.solve(target, posture.u, branch)
                 if not ok:
                     raise InvalidInputError(
@@ -198,7 +196,7 @@ class Problem:
         if self.arm.n_u != 1:
             return "choose another redundancy vector"
         domain = angle_domain(self.arm, self.path)
-        sets = [(domain(r, branch), self.arm.branches[branch]) for branch in self._elbow_branches]
+        sets = [(domain(r, branch), self.arm.branches[branch]) for branch in self.elbow_branches]
         parts = [f"{feasible} with a {branch} elbow" for feasible, branch in sets if feasible.measure > 0]
         return f"u may lie in {' or '.join(parts)}" if parts else "no posture is feasible there"
 

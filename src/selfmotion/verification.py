@@ -7,18 +7,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from selfmotion._types import FloatArray
+from selfmotion._types import FloatArray, IntArray
+from selfmotion.angles import wrap
 from selfmotion.problem import Problem
 
 TRACKING = 1e-9
 """Tracking error allowed of a computed motion, as a part of the reach."""
 LIMIT = 1e-9
 """Overrun of a joint limit allowed [rad]."""
+ANGLE = 1e-6
+"""Error of an angle that is still the angle asked for [rad]."""
 JUMP = 1e-3
 """A joint step that stays larger than this however closely one looks is a jump [rad]."""
 
 _BETWEEN = 4  # looks per sample interval
 _PLACES = 12  # worst places that are looked at more closely
+_MOST_DIPS = 1000
 _ZOOMS = 14
 _BISECTIONS = 46
 
@@ -30,8 +34,8 @@ class Failure:
     Attributes
     ----------
     check : str
-        ``"tracking"``, ``"limits"`` or ``"continuity"``; of a sampled motion also ``"tracking_between"``,
-        ``"coverage"``, ``"elbow"``, ``"start"``, ``"end"`` or ``"closure"``.
+        ``"tracking"``, ``"limits"``, ``"continuity"``, ``"elbow"``, ``"start"`` or ``"end"``; of a sampled motion also
+        ``"tracking_between"``, ``"coverage"`` or ``"closure"``.
     r : float
         Where along the path.
     value, allowed : float
@@ -88,7 +92,7 @@ def finite_or_none(margin: float) -> float | None:
 
 
 def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) -> Verification:
-    """Measure tracking, limits and continuity of a motion, at its samples and between them.
+    """Measure tracking, limits, continuity, elbow and end postures of a motion, at its samples and between them.
 
     Parameters
     ----------
@@ -102,8 +106,8 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
 
     Notes
     -----
-    The motion is looked at four times per sample interval; the worst places are then zoomed into, and the largest
-    steps bisected: a step that does not shrink is a jump. This finds what a sample misses; it is no proof.
+    The motion is looked at four times per sample interval; dips that may go deeper in between are zoomed into, and the
+    largest steps bisected: a step that does not shrink is a jump. This finds what a sample misses; it is no proof.
     """
     arm, path = problem.arm, problem.path
     rows = problem.rows
@@ -119,11 +123,38 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
     if -least[0] > TRACKING * arm.reach:
         failures.append(Failure("tracking", at[0], -least[0], TRACKING * arm.reach))
     failures += [Failure("limits", at[j], least[j], -LIMIT, joint=j) for j in range(1, arm.n + 1) if least[j] < -LIMIT]
+    looked_at = motion(grid)
+    failures += elbow_failures(problem, grid, looked_at)
+    failures += end_failures(problem, looked_at)
     where, jump, joint = _largest_jump(motion, grid)
     if jump > JUMP:
         failures.append(Failure("continuity", where, jump, JUMP, joint=joint + 1))
     step = float(np.abs(np.diff(motion(rows), axis=0)).max())
     return Verification(-least[0], finite_or_none(min(least[1:])), step, tuple(failures))
+
+
+def elbow_failures(problem: Problem, r: FloatArray, q: FloatArray) -> list[Failure]:
+    """Return the first place where postures `q` (k, n) at `r` (k,) leave the elbow that the problem asks for."""
+    if problem.elbow == "any":
+        return []
+    wrong = ~problem.arm.is_on_branch(q, problem.elbow, ANGLE)
+    k = int(np.argmax(wrong))
+    return [Failure("elbow", float(r[k]), float(np.sin(q[k, 1])), 0.0, joint=2, row=k + 1)] if wrong.any() else []
+
+
+def end_failures(problem: Problem, q: FloatArray) -> list[Failure]:
+    """Return which of the problem's start and end postures the motion `q` (k, n) does not have."""
+    arm, failures = problem.arm, []
+    for name, posture, r, k in (("start", problem.start, 0.0, 0), ("end", problem.end, 1.0, len(q) - 1)):
+        if posture is None:
+            continue
+        if posture.q is None:
+            off = np.abs(wrap(arm.u_of(q[k]) - posture.u))
+        else:
+            off = np.abs(np.where(arm.limits.limited, q[k] - posture.q, wrap(q[k] - posture.q)))
+        if off.max() > ANGLE:
+            failures.append(Failure(name, r, float(off.max()), ANGLE, row=k + 1))
+    return failures
 
 
 def _refined(rows: FloatArray) -> FloatArray:
@@ -141,7 +172,7 @@ def _least(function: Callable[[FloatArray], FloatArray], grid: FloatArray) -> tu
         best = int(np.argmin(series))
         at, value = float(grid[best]), float(series[best])
         if np.isfinite(value):
-            worst = np.argsort(series)[:_PLACES]
+            worst = _dips(series)
             low, high = grid[np.maximum(worst - 1, 0)], grid[np.minimum(worst + 1, len(grid) - 1)]
             for _ in range(_ZOOMS):
                 r = np.linspace(low, high, 9, axis=1)
@@ -155,6 +186,18 @@ def _least(function: Callable[[FloatArray], FloatArray], grid: FloatArray) -> tu
         where.append(at)
         least.append(value)
     return where, least
+
+
+def _dips(series: FloatArray) -> IntArray:
+    """Return the local minima that could lie lowest between the samples: by at most their rise to a neighbour."""
+    padded = np.concatenate([[np.inf], series, [np.inf]])
+    minima = np.flatnonzero((series <= padded[:-2]) & (series <= padded[2:]))
+    rise = np.maximum(
+        np.abs(np.diff(series, prepend=series[0]))[minima], np.abs(np.diff(series, append=series[-1]))[minima]
+    )
+    reachable = series[minima] - rise
+    order = np.argsort(reachable)[:_MOST_DIPS]
+    return minima[order[reachable[order] <= series.min()]]
 
 
 def _largest_jump(motion: Callable[[FloatArray], FloatArray], grid: FloatArray) -> tuple[float, float, int]:

@@ -232,6 +232,7 @@ BAD = {
     "huge link": lambda: sm.PlanarArm([1, 1e200, 1]),
     "text": lambda: sm.PlanarArm("abc"),
     "booleans": lambda: sm.PlanarArm([True, True, True]),
+    "lost link": lambda: sm.PlanarArm([1, 1e-17, 1]),
     "reversed limits": lambda: sm.PlanarArm([1, 1, 1], [(1, -1), None, None]),
     "number of limits": lambda: sm.PlanarArm([1, 1, 1], [None]),
     "limit of one number": lambda: sm.PlanarArm([1, 1, 1], [(1,), None, None]),

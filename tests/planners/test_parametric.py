@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import selfmotion as sm
+from selfmotion.judgement import Tolerances, judge
 from selfmotion.optimizers import INFEASIBLE, violation_of
 from selfmotion.planners import Candidates
 from selfmotion.profiles import SinusoidProfile
@@ -183,3 +184,46 @@ def test_cyclic_is_refused(seed_arm):
     problem = sm.Problem(seed_arm, sm.Circle([50, 0], 10), cyclic="exact")
     with pytest.raises(sm.InvalidInputError, match="cyclic"):
         sm.plan(problem, sinusoid())
+
+
+def test_a_start_on_one_elbow_proves_nothing_about_motions_through_a_fold():
+    """A motion exists that starts at qa and passes θ2 = 0; the sinusoid cannot follow it, and that is no proof."""
+    qa, qb = np.array([0.27, 0.36, 0.37]), np.array([-0.02, -0.75, 0.75])
+    joints = qa + (qb - qa) * np.linspace(0, 1, 9)[:, None]
+    arm = sm.PlanarArm([1, 1, 0.7], [(-0.05, 0.30), (-0.78, 0.39), (0.34, 0.78)])
+    path = sm.Waypoints(arm.forward(joints), "spline")
+    planner = sm.Sinusoid(amplitude=[0.05], optimizer=sm.PSO(iterations=2, bounds=(0, 2)))
+    with pytest.raises(sm.NothingFeasibleError):
+        sm.plan(sm.Problem(arm, path, start={"q": qa}), planner)
+
+
+@pytest.mark.parametrize("elbow", ["positive", "negative"])
+def test_a_start_on_a_fold_may_go_either_way_but_not_the_wrong_one(elbow):
+    arm = sm.PlanarArm([1, 1, 1])
+    start = np.array([0.3, 0.0, 1.2])
+    x = arm.forward(start)
+    problem = sm.Problem(arm, sm.Line(x, x * 0.8), start={"q": start}, elbow=elbow)
+    planner = sm.Sinusoid(amplitude=[0.05], optimizer=sm.PSO(iterations=5, bounds=(0, 2)))
+    plan = sm.plan(problem, planner)
+    assert plan.parameters["elbow"] == elbow
+    assert np.sign(plan(1.0)[1]) == (1 if elbow == "positive" else -1)
+    assert judge(problem, problem.grid, plan(problem.grid), Tolerances(step=3.0, between=1.0)).holds
+
+
+def test_a_swing_that_no_node_sees_leaves_the_cost_s_error_unknown():
+    """The wrist passes the base at 1e-12: θ1 and θ3 turn by π within a step; the chord sum shows it."""
+    d, t0, t1 = 1e-12, -0.5002, 0.4998
+    path = sm.Bezier([[1 + t0, d + t0 * t0], [1 + (t0 + t1) / 2, d + t0 * t1], [1 + t1, d + t1 * t1]])
+    problem = sm.Problem(sm.PlanarArm([1, 1, 1]), path, objective="l1")
+    planner = sm.Sinusoid([0.0], amplitude=[1e-200], optimizer=sm.RandomSearch(1, 1, bounds=(0, 1)))
+    plan = sm.plan(problem, planner)
+    assert plan.cost_error == np.inf or plan.cost + plan.cost_error >= 9.27
+    assert plan.summary()["cost_error"] is None or plan.summary()["cost_error"] > 0
+
+
+def test_a_limit_broken_in_many_places_between_the_samples_is_found():
+    path = sm.Lissajous([1.5, 0.4], [0.05, 0.05], [452.2421483892154, 263.2782099003896], 0.3)
+    arm = sm.PlanarArm([1, 1, 1], [None, (-3, 2.4952562831616913), None])
+    planner = sm.Sinusoid([0.6], amplitude=[1e-200], optimizer=sm.RandomSearch(1, 1, bounds=(0, 1)))
+    with pytest.raises(sm.NothingFeasibleError, match="between"):
+        sm.plan(sm.Problem(arm, path, elbow="positive"), planner)

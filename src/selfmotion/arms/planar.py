@@ -14,6 +14,8 @@ from selfmotion.arms.planar_self_motion import PlanarLine, PlanarSelfMotion
 from selfmotion.errors import InvalidInputError
 
 MAX_LINKS = 1000
+# Beyond this ratio of lengths a link is lost in the rounding of another.
+MOST_RATIO = 1e12
 # Distance beyond reach that rounding of x alone explains; postures within it are stretched onto the fold.
 _REACH_ROUNDING = 1e-13
 _SIGNS = (1.0, -1.0)
@@ -68,6 +70,11 @@ class PlanarArm:
             if not length >= 1 / LARGEST:
                 reason = "is too small" if length > 0 else "must be greater than zero"
                 raise InvalidInputError(f"links.{j}", reason, "give a length", float(length))
+        if self.links.max() > MOST_RATIO * self.links.min():
+            j = int(np.argmin(self.links))
+            raise InvalidInputError(
+                f"links.{j}", f"is over {MOST_RATIO:g} times shorter than the longest", "leave it out"
+            )
         self.limits = JointLimits(limits, self.n)
         self.direction = None if direction is None else number("direction", direction, -1e3, 1e3)
         self.n_u = self.n - 2 - (self.direction is not None)

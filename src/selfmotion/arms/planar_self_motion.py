@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 # Circles that miss each other by rounding alone still touch: relative to the squares of their sizes.
 _TOUCH = 1e-14
+# A posture computed at a breakpoint misses its task by less than this part of the reach, or is none.
+_MISSED = 1e-10
 
 
 class PlanarLine:
@@ -93,10 +95,13 @@ class PlanarSelfMotion(PlanarLine):
         psi = _direction(target)
         columns += [self._on_both(psi + turn, np.nan, np.nan, Cause("marker", -1)) for turn in (0.0, np.pi)]
         u = np.stack([column.u for column in columns], axis=1)
+        q = np.stack([column.q for column in columns], axis=1)
+        # Circles that only nearly touch give a direction worth looking at, but no posture.
+        q[~(self.arm.task_error(q, pose[:, None, :]) <= _MISSED * self.arm.reach)] = np.nan
         return Breakpoints(
             wrap(u),
             np.stack([column.on_branch for column in columns], axis=1),
-            np.stack([column.q for column in columns], axis=1),
+            q,
             tuple(column.cause for column in columns),
         )
 

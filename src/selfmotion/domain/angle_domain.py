@@ -16,6 +16,8 @@ from selfmotion.intervals import IntervalSet
 from selfmotion.paths import Path
 
 _BISECTIONS = 50
+# Nothing is called empty that limits wider by this would fill [rad]: tangencies know u to about 1e-8 only.
+_SLACK = 1e-7
 # Beyond reach by less than this part of the reach is on its rim.
 _ROUNDING = 1e-12
 
@@ -62,9 +64,9 @@ class AngleDomain:
         index = branch_index(self.self_motion.branches, branch)
         return self.sample([r])[index].interval_set(0)
 
-    def sample(self, r: ArrayLike) -> tuple[FeasibleArcs, ...]:
-        """Return the feasible arcs at path parameters `r`, shape (k,), per branch."""
-        return feasible_arcs(self.self_motion, self.path(np.asarray(r, dtype=float)))
+    def sample(self, r: ArrayLike, slack: float = 0.0) -> tuple[FeasibleArcs, ...]:
+        """Return the feasible arcs at path parameters `r`, shape (k,), per branch; for `slack` see `feasible_arcs`."""
+        return feasible_arcs(self.self_motion, self.path(np.asarray(r, dtype=float)), slack)
 
     def empty_stretches(self, samples: int, branches: Sequence[int]) -> list[tuple[float, float]]:
         """Return where along the path no posture exists at all.
@@ -79,11 +81,12 @@ class AngleDomain:
         Returns
         -------
         list of tuple
-            First and last r of each stretch, to about 1e-15. Each holds a looked-at r where nothing is feasible.
+            First and last r of each stretch. Each holds a looked-at r where nothing is feasible even if the limits
+            give by 1e-7 rad, so that rounding cannot make an emptiness that is none.
         """
 
         def empty(r: FloatArray) -> BoolArray:
-            arcs = self.sample(r)
+            arcs = self.sample(r, _SLACK)
             return np.all([arcs[branch].empty for branch in branches], axis=0)
 
         return stretches(empty, self.path.grid(samples - 1))

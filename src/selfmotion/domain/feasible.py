@@ -64,7 +64,7 @@ class FeasibleArcs(NamedTuple):
         return IntervalSet(np.vstack([runs, np.column_stack([points, points])]), TAU)
 
 
-def feasible_arcs(self_motion: SelfMotion, x: FloatArray) -> tuple[FeasibleArcs, ...]:
+def feasible_arcs(self_motion: SelfMotion, x: FloatArray, slack: float = 0.0) -> tuple[FeasibleArcs, ...]:
     """Return the feasible self-motion at task points, per branch.
 
     Parameters
@@ -73,6 +73,9 @@ def feasible_arcs(self_motion: SelfMotion, x: FloatArray) -> tuple[FeasibleArcs,
         Periodic in u with period 2π.
     x : array, shape (k, 2)
         Task points.
+    slack : float
+        Overrun of limits to be forgiven [rad]. With 1e-7 what is found holds every feasible posture, those included
+        that rounding moves off a limit at a tangency: what is empty then is empty.
 
     Returns
     -------
@@ -82,7 +85,7 @@ def feasible_arcs(self_motion: SelfMotion, x: FloatArray) -> tuple[FeasibleArcs,
     pose = self_motion.pose(x)
     breaks = self_motion.breakpoints(pose)
     with np.errstate(invalid="ignore"):
-        holds = (self_motion.limits.excess(breaks.q) <= _AT_POINT).all(axis=-1)
+        holds = (self_motion.limits.excess(breaks.q) <= max(slack, _AT_POINT)).all(axis=-1)
     result = []
     for branch in range(len(self_motion.branches)):
         mine = breaks.on_branch[..., branch] & np.isfinite(breaks.u)
@@ -94,7 +97,7 @@ def feasible_arcs(self_motion: SelfMotion, x: FloatArray) -> tuple[FeasibleArcs,
         high, held_next = np.roll(low, -1, axis=1), np.roll(held, -1, axis=1)
         high[last], held_next[last] = low[:, 0] + TAU, held[:, 0]
         q, ok = self_motion.solve(pose, np.nan_to_num(0.5 * (low + high)), branch)
-        within = (self_motion.limits.excess(q) <= _ON_LIMIT).all(axis=-1)
+        within = (self_motion.limits.excess(q) <= max(slack, _ON_LIMIT)).all(axis=-1)
         with np.errstate(invalid="ignore"):
             inside = ok & within & (high - low > _NO_ARC)
             # Two causes may share one point up to rounding; what lies between them is no gap.

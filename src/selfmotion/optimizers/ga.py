@@ -52,7 +52,7 @@ class GA(AskTell):
         """Select, mate, mutate."""
         rng, (rows, dimension) = state.rng, state.x.shape
         x = state.x[np.argsort(values, kind="stable")]
-        kept = int(np.ceil(SELECTION_RATE * rows))
+        kept = int(SELECTION_RATE * rows)
         rank_weights = np.arange(kept, 0, -1) / (kept * (kept + 1) / 2)
         pairs = int(np.ceil((rows - kept) / 2))
         ma, pa = x[rng.choice(kept, size=(2, pairs), p=rank_weights)]

@@ -39,7 +39,8 @@ class Clothoid(Path):
     -----
     ``x(t) = x_c + k ∫₀ᵗ sin p(u) du``, ``y(t) = y_c + k ∫₀ᵗ cos p(u) du``, and t is linear in r. The integral is
     tabulated at the ends of panels on which p varies little and completed inside a panel by 16-point
-    Gauss–Legendre quadrature: positions are accurate to about ``1e-14 k |t|``.
+    Gauss–Legendre quadrature: positions are accurate to about
+    ``1e-14 k |t|``, and to the rounding of p(t) where p is large.
     """
 
     kind = "clothoid"

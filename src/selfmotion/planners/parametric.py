@@ -117,7 +117,7 @@ class Parametric(Planner):
         began = time.perf_counter()
         profile = self.profile_for(problem)
         self._check(problem, profile)
-        blocked = blocked_stretches(problem.arm, problem.path, problem.samples, problem.branches)
+        blocked = blocked_stretches(problem.arm, problem.path, problem.samples, problem.elbow_branches)
         if blocked:
             raise InfeasibleError(blocked)
         branches = self._starting_branches(problem, profile)
@@ -180,8 +180,8 @@ class Parametric(Planner):
     def _starting_branches(problem: Problem, profile: Profile) -> list[int]:
         start = profile.start
         if start is None:
-            return problem.branches
-        branches = [branch for branch in problem.branches if problem.may_start_at(start, branch)]
+            return problem.start_branches
+        branches = [branch for branch in problem.start_branches if problem.may_start_at(start, branch)]
         if not branches:
             raise InvalidInputError(
                 "planner.offset",
