@@ -122,3 +122,38 @@ def test_circles_that_nearly_touch_are_no_posture(arm, path):
     domain = sm.angle_domain(arm, path)
     for branch in (0, 1):
         assert not domain(0.5, branch)
+
+
+class JointPath(sm.paths.Path):
+    """The tool path of a known joint motion: feasible by construction."""
+
+    kind = "joint"
+
+    def __init__(self, arm, start, change, bend):
+        self.arm, self.start, self.change, self.bend = arm, start, change, bend
+
+    def joints(self, r):
+        r = np.asarray(r)[..., None]
+        return self.start + self.change * r + self.bend * np.sin(3 * r) * r
+
+    def _evaluate(self, r, order):
+        assert order == 0
+        return self.arm.forward(self.joints(r))
+
+
+@pytest.mark.parametrize("part", range(3))
+def test_a_path_that_a_motion_inside_the_limits_follows_is_never_called_blocked(part):
+    """Limits as tight as the motion allows, welded joints, single joints turning, starts stretched or folded."""
+    rng = np.random.default_rng(part)
+    for _ in range(150):
+        links = rng.choice([np.ones(3), rng.uniform(0.3, 2, 3)])
+        start, change, bend = rng.uniform(-2, 2, (3, 3)) * [[1], [0.6], [0.3]]
+        still = rng.random(3) < rng.choice([0.0, 0.5, 0.7])
+        change[still] = bend[still] = 0.0
+        start[rng.random(3) < 0.3] = rng.choice([0.0, np.pi])
+        path = JointPath(sm.PlanarArm(links), start, change, bend)
+        q = path.joints(np.linspace(0, 1, 20_001))
+        room = rng.choice([0.0, 1e-9, 0.1], size=3)
+        limits = [(low - w, high + w) for low, high, w in zip(q.min(0), q.max(0), room, strict=True)]
+        arm = sm.PlanarArm(links, limits)
+        assert blocked_stretches(arm, path, 60, [0, 1]) == [], (links, limits, start, change, bend)
