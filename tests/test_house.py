@@ -86,3 +86,13 @@ def test_every_example_runs(example):
 def test_every_example_problem_is_solved(problem):
     loaded = sm.load_problem(problem)
     assert sm.plan(loaded.problem, loaded.planner).verification.holds
+
+
+def test_the_readme_s_code_runs_and_prints_what_it_says():
+    readme = (EXAMPLES[0].parents[1] / "README.md").read_text(encoding="utf-8")
+    code = readme.split("```python")[1].split("```")[0]
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("5.2775214")
+    assert "IntervalSet([-2.06678, 1.67199]; period 6.28319)" in done.stdout
+    assert "solved: cost 5.27752142 " in readme
