@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from selfmotion._checks import angles, choice, finite_array, integer, read_only
 from selfmotion._types import FloatArray
 from selfmotion.arms import RedundantArm
-from selfmotion.domain import angle_domain
+from selfmotion.domain import angle_domain, blocked_at
 from selfmotion.errors import InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
 from selfmotion.paths import Path
@@ -169,6 +169,8 @@ class Problem:
     def _check_inside(self, name: str, posture: Posture, r: float) -> None:
         """Refuse a posture that no allowed branch can take, saying which constraint forbids it."""
         arm, target = self.arm, self.path(r)
+        if blocked_at(arm, self.path, r, self.elbow_branches):
+            return  # the fault is the path's, not the posture's; planners prove it
         if posture.q is not None:
             excess = np.maximum(-arm.limits.margin(posture.q), 0.0)
             tried = [(excess, posture.q)]

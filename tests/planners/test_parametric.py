@@ -126,6 +126,14 @@ def test_proved_infeasible_whichever_planner_is_asked():
     assert caught.value.exit_code == 3
 
 
+@pytest.mark.parametrize("start", [None, [0.3]])
+def test_a_path_that_starts_out_of_reach_is_infeasible_with_a_start_too(start):
+    arm = sm.PlanarArm([1, 1, 1], [(-2, 2)] * 3)
+    problem = sm.Problem(arm, sm.Line([1.5, -3], [1.5, 0]), start=start)
+    with pytest.raises(sm.InfeasibleError):
+        sm.plan(problem, sinusoid())
+
+
 def test_nothing_feasible_says_so_and_by_how_much(seed_problem):
     planner = sm.Sinusoid([0.3], amplitude=[3.0], optimizer=sm.PSO(10, 5, (1, 15), seed=0))
     with pytest.raises(sm.NothingFeasibleError) as caught:

@@ -85,11 +85,12 @@ class AngleDomain:
             give by 1e-7 rad, so that rounding cannot make an emptiness that is none.
         """
 
-        def empty(r: FloatArray) -> BoolArray:
-            arcs = self.sample(r, _SLACK)
-            return np.all([arcs[branch].empty for branch in branches], axis=0)
+        return stretches(lambda r: self.is_empty(r, branches), self.path.grid(samples - 1))
 
-        return stretches(empty, self.path.grid(samples - 1))
+    def is_empty(self, r: FloatArray, branches: Sequence[int]) -> BoolArray:
+        """Return whether nothing is feasible at `r`, shape (k,), not even if the limits give by 1e-7 rad."""
+        arcs = self.sample(r, _SLACK)
+        return np.asarray(np.all([arcs[branch].empty for branch in branches], axis=0))
 
 
 def angle_domain(arm: RedundantArm, path: Path) -> AngleDomain:
@@ -125,6 +126,13 @@ def stretches(holds: Callable[[FloatArray], BoolArray], r: FloatArray) -> list[t
     ends = np.where(flags[change], out, into)
     edges = [float(r[0])] * bool(flags[0]) + ends.tolist() + [float(r[-1])] * bool(flags[-1])
     return list(zip(edges[::2], edges[1::2], strict=True))
+
+
+def blocked_at(arm: RedundantArm, path: Path, r: float, branches: Sequence[int]) -> bool:
+    """Return whether no posture exists at `r`: out of reach, or for one redundant degree by the joint limits."""
+    if arm.shortfall(path(r)) > _ROUNDING * arm.reach:
+        return True
+    return arm.n_u == 1 and bool(angle_domain(arm, path).is_empty(np.array([r]), branches)[0])
 
 
 def blocked_stretches(arm: RedundantArm, path: Path, samples: int, branches: Sequence[int]) -> list[Blocked]:
