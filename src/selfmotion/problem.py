@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from selfmotion._checks import angles, choice, finite_array, integer, read_only
 from selfmotion._types import FloatArray
 from selfmotion.arms import RedundantArm
-from selfmotion.domain import angle_domain, blocked_at
+from selfmotion.domain import angle_domain, blocked_at, out_of_reach
 from selfmotion.errors import InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
 from selfmotion.paths import Path
@@ -22,8 +22,6 @@ MAX_SAMPLES = 1_000_000
 _ON_PATH = 1e-6
 # A posture may stand on a limit up to rounding.
 _ON_LIMIT = 1e-9
-# Beyond reach by less than this part of the reach is on its rim.
-_ROUNDING = 1e-12
 _LOOK_AT = 1000
 
 
@@ -128,11 +126,12 @@ class Problem:
 
     def _check_reach(self) -> None:
         """Refuse a path that is out of reach everywhere: more often a matter of units than of the arm."""
-        short = self.arm.shortfall(self.path(self.path.grid(_LOOK_AT)))
-        if short.min() > _ROUNDING * self.arm.reach:
+        points = self.path(self.path.grid(_LOOK_AT))
+        if out_of_reach(self.arm, points).all():
+            least = float(self.arm.shortfall(points).min())
             raise InvalidInputError(
                 "path",
-                f"has no point in reach: its nearest point is {short.min():.6g} outside what the arm, of reach "
+                f"has no point in reach: its nearest point is {least:.6g} outside what the arm, of reach "
                 f"{self.arm.reach:.6g}, can get to",
                 "are the units of arm and path the same?",
             )

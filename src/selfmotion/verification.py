@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -124,8 +124,8 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
         failures.append(Failure("tracking", at[0], -least[0], TRACKING * arm.reach))
     failures += [Failure("limits", at[j], least[j], -LIMIT, joint=j) for j in range(1, arm.n + 1) if least[j] < -LIMIT]
     looked_at = motion(grid)
-    failures += elbow_failures(problem, grid, looked_at)
-    failures += end_failures(problem, looked_at)
+    found = elbow_failures(problem, grid, looked_at) + end_failures(problem, looked_at)
+    failures += [replace(failure, row=None) for failure in found]  # a continuous motion has no rows
     where, jump, joint = _largest_jump(motion, grid)
     if jump > JUMP:
         failures.append(Failure("continuity", where, jump, JUMP, joint=joint + 1))

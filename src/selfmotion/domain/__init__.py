@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from selfmotion.domain.angle_domain import AngleDomain, angle_domain, blocked_at, blocked_stretches
+from selfmotion.domain.angle_domain import AngleDomain, angle_domain, blocked_at, blocked_stretches, out_of_reach
 from selfmotion.domain.feasible import FeasibleArcs, feasible_arcs
 
-__all__ = ["AngleDomain", "FeasibleArcs", "angle_domain", "blocked_at", "blocked_stretches", "feasible_arcs"]
+__all__ = [
+    "AngleDomain",
+    "FeasibleArcs",
+    "angle_domain",
+    "blocked_at",
+    "blocked_stretches",
+    "feasible_arcs",
+    "out_of_reach",
+]

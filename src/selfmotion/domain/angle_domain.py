@@ -84,7 +84,6 @@ class AngleDomain:
             First and last r of each stretch. Each holds a looked-at r where nothing is feasible even if the limits
             give by 1e-7 rad, so that rounding cannot make an emptiness that is none.
         """
-
         return stretches(lambda r: self.is_empty(r, branches), self.path.grid(samples - 1))
 
     def is_empty(self, r: FloatArray, branches: Sequence[int]) -> BoolArray:
@@ -128,9 +127,14 @@ def stretches(holds: Callable[[FloatArray], BoolArray], r: FloatArray) -> list[t
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
+def out_of_reach(arm: RedundantArm, x: FloatArray) -> BoolArray:
+    """Return whether task points `x` (..., 2) are out of geometric reach by more than rounding."""
+    return np.asarray(arm.shortfall(x) > _ROUNDING * arm.reach)
+
+
 def blocked_at(arm: RedundantArm, path: Path, r: float, branches: Sequence[int]) -> bool:
     """Return whether no posture exists at `r`: out of reach, or for one redundant degree by the joint limits."""
-    if arm.shortfall(path(r)) > _ROUNDING * arm.reach:
+    if out_of_reach(arm, path(r)):
         return True
     return arm.n_u == 1 and bool(angle_domain(arm, path).is_empty(np.array([r]), branches)[0])
 
@@ -155,7 +159,7 @@ def blocked_stretches(arm: RedundantArm, path: Path, samples: int, branches: Seq
     """
     found = [
         Blocked(ends, "out of reach", float(arm.shortfall(path(np.linspace(*ends, 101))).max()))
-        for ends in stretches(lambda r: arm.shortfall(path(r)) > _ROUNDING * arm.reach, path.grid(samples - 1))
+        for ends in stretches(lambda r: out_of_reach(arm, path(r)), path.grid(samples - 1))
     ]
     if arm.n_u == 1:
         for low, high in angle_domain(arm, path).empty_stretches(samples, branches):

@@ -85,19 +85,21 @@ class OutputFolder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             manifest = self._manifest()
-            for name in set(outdated) - set(contents):
-                if manifest.pop(name, None) == _checksum_of(self.path / name):
-                    (self.path / name).unlink()
+            gone = set(outdated) - set(contents)
+            gone = {name for name in gone if manifest.pop(name, None) == _checksum_of(self.path / name)}
             manifest.update({name: _checksum(data) for name, data in contents.items()})
             record = json.dumps({"generator": f"selfmotion {__version__}", "files": manifest}, indent=1)
             staged = [(self._stage(data), name) for name, data in contents.items()]
             staged.append((self._stage(record.encode()), MANIFEST))
             for temporary, name in staged:
                 os.replace(temporary, self.path / name)
+            for name in gone:
+                (self.path / name).unlink()
         except OSError as error:
+            raise _cannot_write(self.path, error) from None
+        finally:
             for leftover in self.path.glob(".selfmotion-*.tmp"):
                 leftover.unlink(missing_ok=True)
-            raise _cannot_write(self.path, error) from None
         return [self.path / name for name in contents]
 
     def _stage(self, data: bytes) -> Path:

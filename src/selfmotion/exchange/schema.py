@@ -161,7 +161,7 @@ def _is_union_tag(part: Any) -> bool:
     return isinstance(part, str) and ("[" in part or part in ("float", "int", "str", "none", "list"))
 
 
-def build(section: str, data: Any, **extra: Any) -> Any:
+def build(section: str, data: Any) -> Any:
     """Make the object that a section of a problem file describes.
 
     Parameters
@@ -170,8 +170,6 @@ def build(section: str, data: Any, **extra: Any) -> Any:
         ``"arm"``, ``"path"``, ``"planner"`` or ``"optimizer"``.
     data : object
         The section as parsed.
-    **extra
-        Further constructor arguments.
 
     Returns
     -------
@@ -193,7 +191,7 @@ def build(section: str, data: Any, **extra: Any) -> Any:
     hints = get_type_hints(registry[kind].__init__, include_extras=True)  # type: ignore[misc]
     for name, value in given.items():
         given[name] = _nested(hints[name], name, value)
-    return registry[kind](**given, **extra)
+    return registry[kind](**given)
 
 
 def _nested(hint: Any, name: str, value: Any) -> Any:

@@ -232,16 +232,35 @@ def _seed(seed: Any) -> int:
     return integer("seed", seed, 0, 2**63 - 1)
 
 
+@dataclass
+class State:
+    """What an ask/tell optimizer knows between generations.
+
+    Attributes
+    ----------
+    lower, upper : array, shape (d,)
+        The box.
+    rng : numpy.random.Generator
+    x : array, shape (population, d)
+        The population to evaluate next.
+    """
+
+    lower: FloatArray
+    upper: FloatArray
+    rng: np.random.Generator
+    x: FloatArray
+
+
 class AskTell(Optimizer):
     """An optimizer with explicit state."""
 
-    @abstractmethod
     def start(self, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> Any:
-        """Return the state before the first generation."""
+        """Return the state before the first generation: a population uniform in the box."""
+        return State(lower, upper, rng, uniform(rng, lower, upper, self.population))
 
-    @abstractmethod
     def ask(self, state: Any) -> FloatArray:
         """Return the population to evaluate next, shape (population, d), inside the box."""
+        return np.asarray(state.x)
 
     @abstractmethod
     def tell(self, state: Any, values: FloatArray) -> None:

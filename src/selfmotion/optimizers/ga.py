@@ -2,23 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from selfmotion._types import FloatArray
-from selfmotion.optimizers.base import AskTell, uniform
+from selfmotion.optimizers.base import AskTell, State
 
 SELECTION_RATE = 0.5
 MUTATION_RATE = 0.1
-
-
-@dataclass
-class _State:
-    lower: FloatArray
-    upper: FloatArray
-    rng: np.random.Generator
-    x: FloatArray
 
 
 class GA(AskTell):
@@ -40,15 +30,7 @@ class GA(AskTell):
     kind = "ga"
     smallest_population = 4
 
-    def start(self, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> _State:
-        """Return a uniform population."""
-        return _State(lower, upper, rng, uniform(rng, lower, upper, self.population))
-
-    def ask(self, state: _State) -> FloatArray:
-        """Return the population."""
-        return state.x
-
-    def tell(self, state: _State, values: FloatArray) -> None:
+    def tell(self, state: State, values: FloatArray) -> None:
         """Select, mate, mutate."""
         rng, (rows, dimension) = state.rng, state.x.shape
         x = state.x[np.argsort(values, kind="stable")]

@@ -7,15 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from selfmotion._types import FloatArray
-from selfmotion.optimizers.base import AskTell, uniform
+from selfmotion.optimizers.base import AskTell, State, uniform
 
 
 @dataclass
-class _State:
-    lower: FloatArray
-    upper: FloatArray
-    rng: np.random.Generator
-    x: FloatArray
+class _State(State):
     leaders: FloatArray  # α, β, δ, shape (3, d)
     leader_values: FloatArray
     t: int = 0

@@ -9,7 +9,7 @@ import numpy as np
 
 from selfmotion._checks import choice
 from selfmotion._types import Box, FloatArray
-from selfmotion.optimizers.base import AskTell, uniform
+from selfmotion.optimizers.base import AskTell, State, uniform
 
 # (χ, ω, φ1, φ2) of (23). The seed's φ = 3 has no real χ: it runs undamped.
 _VARIANTS = {
@@ -19,11 +19,7 @@ _VARIANTS = {
 
 
 @dataclass
-class _State:
-    lower: FloatArray
-    upper: FloatArray
-    rng: np.random.Generator
-    x: FloatArray
+class _State(State):
     v: FloatArray
     p: FloatArray  # each particle's best position
     p_value: FloatArray
@@ -72,10 +68,6 @@ class PSO(AskTell):
         """Return uniform positions at rest."""
         x = uniform(rng, lower, upper, self.population)
         return _State(lower, upper, rng, x, np.zeros_like(x), x.copy(), np.full(len(x), np.inf))
-
-    def ask(self, state: _State) -> FloatArray:
-        """Return the particles' positions."""
-        return state.x
 
     def tell(self, state: _State, values: FloatArray) -> None:
         """Update the bests, then velocities and positions."""
