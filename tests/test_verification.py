@@ -149,3 +149,17 @@ def test_the_rest_of_the_problem_is_judged_too(seed_arm, seed_path, rows):
     assert "closure" in checks(closed)
     turned = sm.PlanarArm([30, 30, 20, 5], direction=0.0)
     assert "tracking" in checks(sm.Problem(turned, seed_path), r, np.column_stack([q, 0 * r + 0.1]))
+
+
+def test_a_continuous_motion_is_held_to_elbow_and_start_too(seed_path, seed_plan):
+    free = sm.PlanarArm([30, 30, 20])
+
+    def checks(**asked):
+        failures = verify_motion(sm.Problem(free, seed_path, **asked), seed_plan.motion).failures
+        assert all(failure.row is None for failure in failures)
+        return {failure.check for failure in failures}
+
+    assert checks(elbow="positive", start=[0.3]) == set()
+    assert checks(elbow="negative") == {"elbow"}
+    assert checks(start=[0.31]) == {"start"}
+    assert checks(end=[0.5]) == {"end"}

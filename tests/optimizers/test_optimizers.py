@@ -228,3 +228,9 @@ def test_wrong_number_of_bounds_and_cma_in_one_dimension():
         sm.CMAES().minimize(lambda x: x[:, 0], 1)
     with pytest.raises(sm.InvalidInputError):
         sm.GA(population=3)
+
+
+def test_random_search_never_looks_at_the_same_point_twice():
+    points = sm.RandomSearch(10, 20, (0, 1), seed=4).minimize(lambda x: x[:, 0], 2).population
+    assert len(np.unique(points, axis=0)) == 200
+    assert np.abs(points.mean(axis=0) - 0.5).max() < 0.1

@@ -219,3 +219,14 @@ def test_bad_paths_are_refused_by_field(case):
         BAD[case]()
     assert caught.value.field
     assert caught.value.remedy
+
+
+def test_derivatives_of_a_high_degree_bezier():
+    """Above degree 24 another sum is used; its derivatives are checked against differences of its positions."""
+    points = np.random.default_rng(1).normal(size=(41, 2))
+    path, r, h = sm.Bezier(points), np.linspace(0.05, 0.95, 50), 1e-5
+    slope = (path(r + h) - path(r - h)) / (2 * h)
+    np.testing.assert_allclose(path(r, 1), slope, atol=1e-5)
+    bend = (path(r + h, 1) - path(r - h, 1)) / (2 * h)
+    np.testing.assert_allclose(path(r, 2), bend, atol=1e-4)
+    np.testing.assert_allclose(path([0.0, 1.0]), points[[0, -1]], atol=1e-12)

@@ -235,3 +235,11 @@ def test_a_limit_broken_in_many_places_between_the_samples_is_found():
     planner = sm.Sinusoid([0.6], amplitude=[1e-200], optimizer=sm.RandomSearch(1, 1, bounds=(0, 1)))
     with pytest.raises(sm.NothingFeasibleError, match="between"):
         sm.plan(sm.Problem(arm, path, elbow="positive"), planner)
+
+
+def test_samples_must_resolve_the_path_s_corners(seed_arm):
+    zigzag = sm.Waypoints([[50 + (k % 2), 0.1 * k] for k in range(60)])
+    planner = sinusoid(population=4, iterations=2, bounds=(0, 2))
+    with pytest.raises(sm.InvalidInputError, match=r"59 pieces.*at least 236"):
+        sm.plan(sm.Problem(seed_arm, zigzag, samples=235), planner)
+    assert sm.plan(sm.Problem(seed_arm, zigzag, samples=236), planner).verification.holds
