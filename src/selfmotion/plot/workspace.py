@@ -34,7 +34,7 @@ def draw_path(axes: Axes, problem: Problem) -> None:
 def _frame(axes: Axes, points: FloatArray) -> None:
     """Show all of `points` with a margin, both axes to the same scale."""
     low, high = points.reshape(-1, 2).min(axis=0), points.reshape(-1, 2).max(axis=0)
-    margin = 0.08 * float((high - low).max())
+    margin = 0.14 * float((high - low).max())  # room for the labels of the ends
     axes.set_xlim(low[0] - margin, high[0] + margin)
     axes.set_ylim(low[1] - margin, high[1] + margin)
     axes.set_aspect("equal", adjustable="box")
