@@ -11,6 +11,7 @@ from selfmotion.angles import wrap
 from selfmotion.arms._kernels import planar_ik, planar_rates
 from selfmotion.arms.limits import JointLimits
 from selfmotion.arms.planar_self_motion import PlanarLine, PlanarSelfMotion
+from selfmotion.arms.radii import Radii, radii_of
 from selfmotion.errors import InvalidInputError
 
 MAX_LINKS = 1000
@@ -305,13 +306,27 @@ class PlanarArm:
         InvalidInputError
             If the arm has another degree of redundancy.
         """
+        self._one_redundant_degree("the angle domain needs")
+        return PlanarSelfMotion(self)
+
+    def radii(self) -> Radii:
+        """Return R_max, R*_min and the co-regular radii of an arm with one redundant degree, (9) and (10).
+
+        Raises
+        ------
+        InvalidInputError
+            If the arm has another degree of redundancy.
+        """
+        self._one_redundant_degree("these radii need")
+        return radii_of(self)
+
+    def _one_redundant_degree(self, what_needs: str) -> None:
         if self.n_u != 1:
             raise InvalidInputError(
                 "arm",
-                f"has {self.n_u} redundant degrees of freedom; the angle domain needs exactly one",
+                f"has {self.n_u} redundant degrees of freedom; {what_needs} exactly one",
                 "use 3 links, or 4 and a fixed direction of the last",
             )
-        return PlanarSelfMotion(self)
 
     def _joints(self, q: ArrayLike) -> FloatArray:
         angles = np.asarray(q, dtype=float)
