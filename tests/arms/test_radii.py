@@ -42,7 +42,7 @@ def random_arm(rng):
         lambda: np.full(3, rng.uniform(0.5, 2)),
         lambda: np.array([1.0, 1.0, rng.uniform(0.1, 3)])[rng.permutation(3)],
         lambda: 10 ** rng.uniform(-3, 3, 3),
-        lambda: np.array([1.0, rng.uniform(0.1, 1), 0.0]) + [0, 0, rng.choice([1.0, 1e-3, 50.0])],
+        lambda: np.array([1.0, rng.uniform(0.1, 1), rng.choice([1.0, 1e-3, 50.0])]),
     ][shape]()
     if rng.random() < 0.3:
         return sm.PlanarArm([*links, rng.uniform(0.1, 1) * links.max()], direction=rng.uniform(-np.pi, np.pi))

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from selfmotion.domain.angle_domain import AngleDomain, angle_domain, blocked_at, blocked_stretches, out_of_reach
 from selfmotion.domain.feasible import FeasibleArcs, feasible_arcs
+from selfmotion.domain.sweep import Sweep
 
 __all__ = [
     "AngleDomain",
     "FeasibleArcs",
+    "Sweep",
     "angle_domain",
     "blocked_at",
     "blocked_stretches",

@@ -11,6 +11,7 @@ from selfmotion._checks import branch_index
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms import RedundantArm, SelfMotion
 from selfmotion.domain.feasible import FeasibleArcs, feasible_arcs
+from selfmotion.domain.sweep import Sweep, sweep
 from selfmotion.errors import Blocked
 from selfmotion.intervals import IntervalSet
 from selfmotion.paths import Path
@@ -67,6 +68,30 @@ class AngleDomain:
     def sample(self, r: ArrayLike, slack: float = 0.0) -> tuple[FeasibleArcs, ...]:
         """Return the feasible arcs at path parameters `r`, shape (k,), per branch; for `slack` see `feasible_arcs`."""
         return feasible_arcs(self.self_motion, self.path(np.asarray(r, dtype=float)), slack)
+
+    def sweep(self, r: float, branch: int | str = 0, count: int = 25) -> Sweep:
+        """Return the postures at one point of the path, from the minimum to the maximum of each feasible interval.
+
+        Parameters
+        ----------
+        r : float
+            Path parameter in [0, 1].
+        branch : int or str
+            Index or name of the IK branch.
+        count : int
+            Number of postures per interval, its ends included.
+
+        Returns
+        -------
+        Sweep
+            See :func:`selfmotion.domain.sweep.sweep`.
+
+        Raises
+        ------
+        InvalidInputError
+            If r is outside [0, 1], `count` is below 2 or the branch is not known.
+        """
+        return sweep(self.self_motion, self.path(float(r)), branch, count)
 
     def empty_stretches(self, samples: int, branches: Sequence[int]) -> list[tuple[float, float]]:
         """Return where along the path no posture exists at all.
