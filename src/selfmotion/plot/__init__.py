@@ -7,8 +7,10 @@ from selfmotion.plans import Plan
 from selfmotion.plot.domain import draw_domain
 from selfmotion.plot.evolution import draw_evolution
 from selfmotion.plot.joints import draw_joints
+from selfmotion.plot.path import draw_path, draw_postures
 from selfmotion.plot.style import figure, image_files, rendered
-from selfmotion.plot.workspace import draw_path, draw_postures
+from selfmotion.plot.sweep import draw_extreme_postures, draw_posture_interval, draw_sweep
+from selfmotion.plot.workspace import draw_workspace
 
 
 def plan_figure_names(n_u: int) -> list[str]:
@@ -31,9 +33,13 @@ def plan_figures(plan: Plan) -> dict[str, bytes]:
 __all__ = [
     "draw_domain",
     "draw_evolution",
+    "draw_extreme_postures",
     "draw_joints",
     "draw_path",
+    "draw_posture_interval",
     "draw_postures",
+    "draw_sweep",
+    "draw_workspace",
     "figure",
     "image_files",
     "plan_figure_names",

@@ -40,6 +40,12 @@ COLUMN = 3.5
 """Width of one printed column [inch]."""
 
 
+def shades(count: int) -> list[tuple[float, float, float]]:
+    """Return `count` greys from light to dark, for postures in their order."""
+    steps = [k / max(count - 1, 1) for k in range(count)]
+    return [(level, level, level) for level in (0.82 - 0.69 * step for step in steps)]
+
+
 @contextmanager
 def figure(width: float = COLUMN, height: float = 2.6, columns: int = 1) -> Iterator[tuple[Figure, list[Axes]]]:
     """Give a figure and its axes side by side, in the house's look.

@@ -1,4 +1,4 @@
-"""The plane: the path, and the arm on it."""
+"""What the arm reaches: the nearest maximum reachable workspace and the co-regular circles."""
 
 from __future__ import annotations
 
@@ -6,59 +6,82 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from selfmotion._types import FloatArray
-from selfmotion.arms import PlanarArm
-from selfmotion.plans import Plan
-from selfmotion.plot.style import COLORS, GREY, INK
-from selfmotion.problem import Problem
+from selfmotion.arms import PlanarArm, Radii
+from selfmotion.paths import Path
+from selfmotion.plot.plane import draw_base, draw_circle, frame, ray
+from selfmotion.plot.style import COLORS, GREY, INK, REGION
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_POSTURES = 14
+# Circles whose radii differ by less than this part of the reach share one label.
+_SAME = 1e-9
+# Where the labels' lines start on their circles [rad], and where labels stand, in parts of the reach.
+_HIGHEST = 0.9
+_LABELS = 1.12
 
 
-def draw_path(axes: Axes, problem: Problem) -> None:
-    """Draw the path that the tool follows, its start and end, and the limit of reach (Fig. 10a)."""
-    x = problem.path(problem.path.grid(800))
-    axes.plot(x[:, 0], x[:, 1], color=COLORS[0], linewidth=1.8, zorder=3)
-    axes.plot(*x[0], "o", color=COLORS[0], markersize=4, zorder=4)
-    axes.plot(*x[-1], "s", color=COLORS[0], markersize=4, markerfacecolor="white", zorder=4)
-    ends = {"start = end": x[0]} if problem.path.is_closed else {"start": x[0], "end": x[-1]}
-    for label, point in ends.items():
-        box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
-        axes.annotate(label, point, xytext=(6, -10), textcoords="offset points", color=INK, zorder=6, bbox=box)
-    _frame(axes, x)
+def draw_workspace(axes: Axes, arm: PlanarArm, path: Path | None = None) -> None:
+    """Draw the nearest maximum reachable workspace, shaded, and the co-regular circles, dashed (Fig. 3).
 
+    Parameters
+    ----------
+    axes : Axes
+    arm : PlanarArm
+        With one redundant degree.
+    path : Path, optional
+        Drawn on top.
 
-def _frame(axes: Axes, points: FloatArray) -> None:
-    """Show all of `points` with a margin, both axes to the same scale."""
-    low, high = points.reshape(-1, 2).min(axis=0), points.reshape(-1, 2).max(axis=0)
-    margin = 0.14 * float((high - low).max())  # room for the labels of the ends
-    axes.set_xlim(low[0] - margin, high[0] + margin)
-    axes.set_ylim(low[1] - margin, high[1] + margin)
-    axes.set_aspect("equal", adjustable="box")
-    axes.set_xlabel("x")
-    axes.set_ylabel("y")
+    Raises
+    ------
+    InvalidInputError
+        If the arm has another degree of redundancy.
+    """
+    from matplotlib.patches import Wedge
+    from matplotlib.ticker import MaxNLocator
 
-
-def draw_postures(axes: Axes, plan: Plan) -> None:
-    """Draw the arm's postures along its motion (Fig. 12b): light at the start, dark at the end."""
-    from matplotlib.colors import to_rgb
-
-    draw_path(axes, plan.problem)
-    points = plan.problem.arm.joint_positions(plan(np.linspace(0, 1, _POSTURES)))
-    dark, light = np.array(to_rgb(INK)), np.array(to_rgb("#d9d9d9"))
-    for k, chain in enumerate(points):
-        t = k / (_POSTURES - 1)
-        axes.plot(
-            chain[:, 0], chain[:, 1], "-o", color=tuple(light + t * (dark - light)), linewidth=0.9, markersize=1.8
+    radii = arm.radii()
+    center, outer = radii.center, radii.outer
+    if radii.nearest < outer:  # False where it is NaN
+        shown = Wedge(tuple(center), outer, 0, 360, width=outer - radii.nearest, facecolor=REGION, edgecolor="none")
+        axes.add_patch(shown)
+        draw_circle(axes, center, radii.nearest, linewidth=1.0)
+    draw_circle(axes, center, outer, linewidth=1.2)
+    for rho in set(radii.coregular):
+        draw_circle(axes, center, rho, color=GREY, linestyle=(0, (4, 2)), linewidth=0.9)
+    labels = _labels(radii)
+    angles = np.linspace(_HIGHEST, -_HIGHEST, len(labels))
+    for (text, radius), angle in zip(labels, angles, strict=True):
+        axes.annotate(
+            text,
+            tuple(ray(center, angle, radius)),
+            xytext=tuple(center + outer * np.array([_LABELS, angle])),
+            va="center",
+            color=INK,
+            arrowprops={"arrowstyle": "-", "color": GREY, "linewidth": 0.5, "shrinkA": 1, "shrinkB": 0},
         )
-    if isinstance(plan.problem.arm, PlanarArm):
-        center, _, outer = plan.problem.arm.annulus
-        angle = np.linspace(-np.pi, np.pi, 721)
-        rim = center + outer * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        axes.plot(rim[:, 0], rim[:, 1], color=GREY, linestyle=":", linewidth=0.8)
-    axes.plot(0, 0, "^", color=INK, markersize=6, zorder=5)
-    _frame(axes, np.vstack([points.reshape(-1, 2), plan.problem.path(np.linspace(0, 1, 201))]))
-    axes.set_title("postures from light to dark; dotted: reach")
+    if path is not None:
+        x = path(path.grid(800))
+        axes.plot(x[:, 0], x[:, 1], color=COLORS[0], linewidth=1.8, zorder=3)
+    draw_base(axes)
+    frame(axes, center + outer * np.array([[-1.0, -1.0], [1.0, 1.0]]), margin=0.03)
+    axes.set_xlim(right=center[0] + 1.95 * outer)
+    for axis, middle in zip((axes.xaxis, axes.yaxis), center, strict=True):  # no numbers beside the labels
+        ticks = MaxNLocator(5).tick_values(middle - outer, middle + outer)
+        axis.set_ticks(ticks[np.abs(ticks - middle) <= outer])
+    none = np.isnan(radii.nearest)
+    axes.set_title("reach and co-regular circles; $R^*_{min}$: none" if none else "nearest maximum reachable workspace")
+
+
+def _labels(radii: Radii) -> list[tuple[str, float]]:
+    """Return one label per circle with its radius, from outside in."""
+    named = [("$R_{max}$", radii.outer), ("$R^*_{min}$", radii.nearest)]
+    named += [(f"$ρ_{k + 1}$", rho) for k, rho in enumerate(radii.coregular)]
+    named = sorted((item for item in named if not np.isnan(item[1])), key=lambda item: -item[1])
+    groups: list[tuple[list[str], float]] = []
+    for name, radius in named:
+        if groups and groups[-1][1] - radius <= _SAME * radii.outer:
+            groups[-1][0].append(name)
+        else:
+            groups.append(([name], radius))
+    return [(" = ".join([*names, f"{radius:.4g}"]), radius) for names, radius in groups]

@@ -1,0 +1,44 @@
+"""The path, and the arm on it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from selfmotion.arms import PlanarArm
+from selfmotion.plans import Plan
+from selfmotion.plot.plane import BEHIND_TEXT, draw_base, draw_chain, draw_circle, frame
+from selfmotion.plot.style import COLORS, GREY, INK, shades
+from selfmotion.problem import Problem
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_POSTURES = 14
+
+
+def draw_path(axes: Axes, problem: Problem) -> None:
+    """Draw the path that the tool follows, its start and end, and the limit of reach (Fig. 10a)."""
+    x = problem.path(problem.path.grid(800))
+    axes.plot(x[:, 0], x[:, 1], color=COLORS[0], linewidth=1.8, zorder=3)
+    axes.plot(*x[0], "o", color=COLORS[0], markersize=4, zorder=4)
+    axes.plot(*x[-1], "s", color=COLORS[0], markersize=4, markerfacecolor="white", zorder=4)
+    ends = {"start = end": x[0]} if problem.path.is_closed else {"start": x[0], "end": x[-1]}
+    for label, point in ends.items():
+        axes.annotate(label, point, xytext=(6, -10), textcoords="offset points", color=INK, zorder=6, bbox=BEHIND_TEXT)
+    frame(axes, x)
+
+
+def draw_postures(axes: Axes, plan: Plan) -> None:
+    """Draw the arm's postures along its motion (Fig. 12b): light at the start, dark at the end."""
+    draw_path(axes, plan.problem)
+    points = plan.problem.arm.joint_positions(plan(np.linspace(0, 1, _POSTURES)))
+    for chain, color in zip(points, shades(_POSTURES), strict=True):
+        draw_chain(axes, chain, color=color)
+    if isinstance(plan.problem.arm, PlanarArm):
+        center, _, outer = plan.problem.arm.annulus
+        draw_circle(axes, center, outer, color=GREY, linestyle=":")
+    draw_base(axes)
+    frame(axes, np.vstack([points.reshape(-1, 2), plan.problem.path(np.linspace(0, 1, 201))]))
+    axes.set_title("postures from light to dark; dotted: reach")
