@@ -1,10 +1,11 @@
-"""Sphinx configuration; the tables of parts are generated from the registries at every build."""
+"""Sphinx configuration; tables of parts and flow charts are generated from the code at every build."""
 
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from figures import write_flows
 from tables import write_schema, write_tables
 
 import selfmotion
@@ -37,3 +38,4 @@ suppress_warnings = ["ref.python"]
 
 write_tables(Path(__file__).parent / "_generated")
 write_schema(Path(__file__).parent / "_generated")
+write_flows(Path(__file__).parent / "_generated")

@@ -251,8 +251,21 @@ class State:
     x: FloatArray
 
 
+EVALUATE = "evaluate F of the whole population; keep the best so far"
+"""What the loop does between `ask` and `tell`, as one of the `steps` of an ask/tell optimizer."""
+
+
 class AskTell(Optimizer):
-    """An optimizer with explicit state."""
+    """An optimizer with explicit state.
+
+    Attributes
+    ----------
+    steps : tuple of str
+        What `start`, `ask`, the evaluation and `tell` do, in the order and with the symbols of the code, one box of a
+        flow chart each, with line breaks where they read well. The first runs once, the others in every generation.
+    """
+
+    steps: ClassVar[tuple[str, ...]]
 
     def start(self, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> Any:
         """Return the state before the first generation: a population uniform in the box."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from selfmotion._types import FloatArray
-from selfmotion.optimizers.base import AskTell, State
+from selfmotion.optimizers.base import EVALUATE, AskTell, State
 
 SELECTION_RATE = 0.5
 MUTATION_RATE = 0.1
@@ -29,6 +29,16 @@ class GA(AskTell):
 
     kind = "ga"
     smallest_population = 4
+    steps = (
+        "start: x uniform in the box",
+        EVALUATE,
+        f"sort x by F; keep the first K = {SELECTION_RATE:g} · population rows",
+        "draw pairs ma, pa of these rows, P_k ∝ K + 1 − k",
+        "two children of each pair: at one variable\nx_ma − β(x_ma − x_pa) and x_pa + β(x_ma − x_pa),\n"
+        "the variables to its right exchanged",
+        "the children replace the other rows",
+        f"mutate: redraw ⌈(population − 1) · d · {MUTATION_RATE:g}⌉ entries\nuniformly, none in the best row",
+    )
 
     def tell(self, state: State, values: FloatArray) -> None:
         """Select, mate, mutate."""

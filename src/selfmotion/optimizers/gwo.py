@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from selfmotion._types import FloatArray
-from selfmotion.optimizers.base import AskTell, State, uniform
+from selfmotion.optimizers.base import EVALUATE, AskTell, State, uniform
 
 
 @dataclass
@@ -34,6 +34,15 @@ class GWO(AskTell):
     """
 
     kind = "gwo"
+    steps = (
+        "start: X uniform in the box, no leaders, t = 0",
+        "clip X to the box",
+        EVALUATE,
+        "wolf by wolf: X better than α, or else than β,\nor else than δ, takes its place",
+        "a = 2 − 2t/T; t ← t + 1",
+        "per leader k: A = 2a r1 − a, C = 2 r2,\nD = |C X_leader − X|, X_k = X_leader − A D",
+        "X ← mean of X_1, X_2, X_3",
+    )
 
     def start(self, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> _State:
         """Return a uniform pack without leaders."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from selfmotion._checks import choice
 from selfmotion._types import Box, FloatArray
-from selfmotion.optimizers.base import AskTell, State, uniform
+from selfmotion.optimizers.base import EVALUATE, AskTell, State, uniform
 
 # (χ, ω, φ1, φ2) of (23). The seed's φ = 3 has no real χ: it runs undamped.
 _VARIANTS = {
@@ -46,6 +46,14 @@ class PSO(AskTell):
     """
 
     kind = "pso"
+    steps = (
+        "start: x uniform in the box, v = 0",
+        EVALUATE,
+        "p ← x where F(x) < F(p); g ← the best p",
+        "draw β1, β2 for every particle and variable;\nv ← χ(ωv + φ1 β1 (p − x) + φ2 β2 (g − x))",
+        "x ← x + v; what leaves the box is put on its wall",
+        "walls absorb: v ← 0 across the wall; clip: v stays",
+    )
 
     def __init__(
         self,

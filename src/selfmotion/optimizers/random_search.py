@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from selfmotion._types import FloatArray
-from selfmotion.optimizers.base import AskTell, State, uniform
+from selfmotion.optimizers.base import EVALUATE, AskTell, State, uniform
 
 
 class RandomSearch(AskTell):
@@ -16,6 +16,11 @@ class RandomSearch(AskTell):
     """
 
     kind = "random"
+    steps = (
+        "start: x uniform in the box",
+        EVALUATE,
+        "forget the values; x uniform in the box again",
+    )
 
     def tell(self, state: State, values: FloatArray) -> None:
         """Forget the values and draw again."""

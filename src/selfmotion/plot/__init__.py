@@ -6,6 +6,7 @@ from selfmotion.domain import angle_domain
 from selfmotion.plans import Plan
 from selfmotion.plot.domain import draw_domain
 from selfmotion.plot.evolution import draw_evolution
+from selfmotion.plot.flow import draw_flow, flow_height
 from selfmotion.plot.joints import draw_joints
 from selfmotion.plot.path import draw_path, draw_postures
 from selfmotion.plot.style import figure, image_files, rendered
@@ -34,6 +35,7 @@ __all__ = [
     "draw_domain",
     "draw_evolution",
     "draw_extreme_postures",
+    "draw_flow",
     "draw_joints",
     "draw_path",
     "draw_posture_interval",
@@ -41,6 +43,7 @@ __all__ = [
     "draw_sweep",
     "draw_workspace",
     "figure",
+    "flow_height",
     "image_files",
     "plan_figure_names",
     "plan_figures",
