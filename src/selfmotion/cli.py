@@ -27,6 +27,9 @@ app = typer.Typer(
 )
 
 ProblemArgument = Annotated[str, typer.Argument(metavar="PROBLEM", help="Problem file, YAML or JSON.")]
+TrajectoryArgument = Annotated[
+    str, typer.Argument(metavar="TRAJECTORY", help="Motion as CSV with columns r, q1, …, qn.")
+]
 OutOption = Annotated[str | None, typer.Option("--out", metavar="DIR", help="Folder to write results to.")]
 ForceOption = Annotated[bool, typer.Option("--force", help="Replace files that selfmotion did not write.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
@@ -143,9 +146,49 @@ def reproduce(
 
 
 @app.command()
+def animate(
+    problem: ProblemArgument,
+    trajectory: TrajectoryArgument,
+    out: Annotated[str, typer.Option("--out", metavar="DIR", help="Folder to write the animation to.")],
+    seconds: Annotated[float, typer.Option("--seconds", metavar="S", help="Duration; r is linear in time.")] = 6.0,
+    fps: Annotated[int, typer.Option("--fps", metavar="N", help="Frames per second, at most 50.")] = 25,
+    formats: Annotated[
+        list[str] | None,
+        typer.Option("--format", metavar="gif|mp4", help="May be given twice; without it gif, and mp4 if possible."),
+    ] = None,
+    force: ForceOption = False,
+) -> None:
+    """Draw a motion as animation.gif and animation.mp4: the arm on its path, and its way through the angle domain."""
+    from selfmotion._checks import choice
+    from selfmotion.errors import MissingExtraError
+    from selfmotion.exchange import OutputFolder, load_problem, read_trajectory
+    from selfmotion.plot.animation import Animation, encoder
+
+    wanted = [choice("--format", kind, ("gif", "mp4")) for kind in formats or ("gif", "mp4")]
+    note = ""
+    if "mp4" in wanted:
+        try:
+            encoder()
+        except MissingExtraError as error:
+            if formats:
+                raise
+            wanted.remove("mp4")
+            note = f"no mp4: it {error.reason}; {error.remedy}"
+    case, _ = load_problem(problem)
+    motion = read_trajectory(trajectory, case.arm.n)
+    folder = OutputFolder(out, force)
+    names = {kind: f"animation.{kind}" for kind in ("gif", "mp4")}
+    folder.check(names.values())
+    animation = Animation(case, motion.r, motion.q, seconds, fps)
+    files = {names[kind]: animation.gif() if kind == "gif" else animation.mp4() for kind in dict.fromkeys(wanted)}
+    folder.write(files, outdated=names.values())  # of the same motion, or gone
+    _say(f"{animation.count} frames, {' and '.join(files)} written to {out}" + (f"\n{note}" if note else ""))
+
+
+@app.command()
 def verify(
     problem: ProblemArgument,
-    trajectory: Annotated[str, typer.Argument(metavar="TRAJECTORY", help="CSV with columns r, q1, …, qn.")],
+    trajectory: TrajectoryArgument,
     as_json: JsonOption = False,
     tolerance: Annotated[
         float, typer.Option("--tolerance", min=0.0, help="Tool off the path at a row, in parts of the reach.")
