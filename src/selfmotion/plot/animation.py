@@ -37,7 +37,7 @@ _DPI = 100
 _WIDE, _NARROW = (7.0, 3.4), (4.6, 4.4)
 # The trace fades over this part of the time; its number of segments, and those of a curve.
 _FADE, _SEGMENTS, _CURVE = 0.25, 48, 601
-_PALETTE = 96
+_PALETTE, _PAPER = 96, 240
 _HUNDREDTH = 100  # GIF counts time in hundredths of a second
 _ON_BRANCH = 1e-6
 
@@ -262,8 +262,8 @@ def _palette(pixels: Pixels) -> Image:
     """Return one palette for all frames, from those in `pixels`, so that nothing flickers."""
     from PIL import Image
 
-    palette = Image.fromarray(pixels).quantize(_PALETTE, method=Image.Quantize.MEDIANCUT)
-    colors = np.array(palette.getpalette()).reshape(-1, 3)
-    colors[colors.sum(axis=1).argmax()] = 255  # the mean of nearly white colours would tint the paper
-    palette.putpalette(colors.ravel().tolist())
+    # Of the nearly white, paper alone is kept: the many greys at the rims of lines would tint it.
+    inked = pixels[pixels.min(axis=-1) < _PAPER]
+    palette = Image.fromarray(inked[None]).quantize(_PALETTE - 1, method=Image.Quantize.MEDIANCUT)
+    palette.putpalette([255, 255, 255, *(palette.getpalette() or [])[: 3 * (_PALETTE - 1)]])
     return palette
