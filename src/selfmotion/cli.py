@@ -128,21 +128,27 @@ def domain(
 @app.command()
 def reproduce(
     out: Annotated[str, typer.Option("--out", metavar="DIR", help="Folder to write the report to.")] = "out",
-    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Seed of every optimizer.", min=0)] = 1,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="First seed of every optimizer.", min=0)] = 1,
+    seeds: Annotated[
+        int, typer.Option("--seeds", metavar="N", help="Number of seeds compared.", min=1, max=10_000)
+    ] = 30,
+    only: Annotated[
+        list[str] | None, typer.Option("--only", metavar="FIGURE", help="Make only this figure; may be given again.")
+    ] = None,
     force: ForceOption = False,
 ) -> None:
-    """Run the seed paper's 3R study; write its tables and figures, printed beside computed."""
+    """Run the paper's 3R study; write its tables and figures, printed beside computed."""
     from selfmotion.exchange import OutputFolder
-    from selfmotion.report import FILES
+    from selfmotion.report import Study, file_names
     from selfmotion.report import reproduce as run
 
     folder = OutputFolder(out, force)
-    folder.check(FILES)
-    command = shlex.join(["selfmotion", "reproduce", "--out", out, "--seed", str(seed)])
+    folder.check(file_names(only or ()))
+    options = shlex.join(["--out", out, "--seed", str(seed), *([] if seeds == 30 else ["--seeds", str(seeds)])])
     with _progress("reproducing") as report:
-        files = run(seed, command, report)
+        files = run(Study(seed, seeds, os.cpu_count() or 1, report), options, only or ())
     folder.write(files)
-    _say(f"report: {os.path.join(out, 'report.md')}")
+    _say("\n".join(f"{os.path.join(out, name)}" for name in files if only or name.startswith("report.")))
 
 
 @app.command()

@@ -51,7 +51,7 @@ def test_axes_show_what_was_computed(seed_plan):
     with figure(columns=2, width=7) as (canvas, (left, right)):
         draw_joints(left, seed_plan)
         np.testing.assert_array_equal(left.lines[0].get_ydata(), seed_plan(seed_plan.problem.rows)[:, 0])
-        draw_evolution(right, {"PSO": seed_plan.history[0]})
+        draw_evolution(right, {"PSO": seed_plan.history[0].best})
         np.testing.assert_array_equal(right.lines[0].get_ydata(), seed_plan.history[0].best)
         canvas.canvas.draw()
 

@@ -1,71 +1,78 @@
-"""The report of the seed's study: every number is of this run, printed ones are the paper's."""
+"""The command's files: announced, the same every time, in part the same as whole."""
 
 import json
 
 import pytest
 
-from selfmotion.report import FILES, seed_study
-from selfmotion.report.reproduce import _report, reproduce
-
-
-@pytest.fixture(scope="module")
-def files():
-    return reproduce(1, "selfmotion reproduce --out out --seed 1")
-
-
-@pytest.fixture(scope="module")
-def results(files):
-    return json.loads(files["results.json"])
+from selfmotion.errors import InvalidInputError
+from selfmotion.report import Study, file_names, reproduce, seed_study
+from selfmotion.report import study as study_module
+from selfmotion.report.figures import FIGURES
 
 
 def test_it_writes_what_it_announces(files):
-    assert set(files) == set(FILES)
-    assert {name for name in files if name.endswith(".png")} == {
-        f"{name}.png" for name in ("path", "domain", "joints", "postures", "evolution")
+    assert list(files) == file_names()
+    assert set(files) == {"report.md", "report.html", "results.json"} | {
+        f"{name}.{suffix}" for name in FIGURES for suffix in ("png", "svg", "json")
     }
 
 
-def test_printed_values_are_the_paper_s(results):
-    rows = {row["label"]: row for row in results["rows"]}
-    assert rows["GA"]["printed"] == {"fitness": 4.8486, "f": 0.5562}
-    assert rows["PSO"]["printed"] == {"fitness": 4.84829399, "f": 0.5329}
-    assert rows["GWO"]["printed"] == {"fitness": 4.84829414, "f": 0.533}
-    assert rows["PSO canonical"]["printed"] is None
+def test_the_same_command_gives_the_same_bytes_whatever_the_number_of_processes(files, results, options):
+    again = reproduce(Study(seed=1, seeds=3, workers=2), options)
+    for name in files:
+        if name.endswith((".png", ".svg")) or name.removesuffix(".json") in FIGURES:
+            assert again[name] == files[name], name
+    assert _without_times(json.loads(again["results.json"])) == _without_times(results)
 
 
-def test_computed_values_are_of_this_run(results):
-    for row in results["rows"]:
-        f = row["parameters"]["f"]
-        assert row["cost_sampled"] == pytest.approx(seed_study.fitness(f)[0], abs=1e-12)
-        assert row["cost_sampled"] >= results["dense_scan"]["fitness"] - 1e-12
-        assert row["evaluations"] == 2000
-    best = min(row["cost_sampled"] for row in results["rows"])
-    assert best == pytest.approx(5.277515, abs=2e-6)
+def _without_times(value):
+    if isinstance(value, dict):
+        return {key: _without_times(one) for key, one in value.items() if key != "wall_time_s"}
+    return value
 
 
-def test_the_report_shows_every_row_beside_the_paper(files, results):
-    text = files["report.md"].decode()
-    for row in results["rows"]:
-        assert f"| {row['label']} |" in text
-        assert f"{row['cost_sampled']:.8f}" in text
-    assert "4.84829399" in text
-    assert "do not follow from the printed data" in text
-    assert "selfmotion reproduce --out out --seed 1" in text
+def test_another_seed_gives_other_figures(files):
+    other = reproduce(Study(seed=2, seeds=3), only=["fig12a_joints"])
+    assert other["fig12a_joints.json"] != files["fig12a_joints.json"]
 
 
-@pytest.mark.parametrize("missing", ["dense_scan", "machine", "versions", "rows", "seed"])
-def test_a_number_that_was_not_computed_is_an_error(results, missing):
-    with pytest.raises(KeyError):
-        _report({key: value for key, value in results.items() if key != missing})
+@pytest.mark.parametrize("name", FIGURES)
+def test_one_figure_alone_is_that_of_the_whole_report(files, study, name):
+    alone = reproduce(study, only=[name])
+    assert list(alone) == file_names([name])
+    for file, data in alone.items():
+        assert files[file] == data
 
 
-def test_a_missing_value_of_a_row_is_an_error(results):
-    rows = [{key: value for key, value in row.items() if key != "cost_sampled"} for row in results["rows"]]
-    with pytest.raises(KeyError):
-        _report({**results, "rows": rows})
+@pytest.mark.parametrize(
+    ("name", "needs"),
+    [("fig10a_path", set()), ("fig12a_joints", {"plans"}), ("fig11_evolution", {"runs"}), ("seeds_spread", {"runs"})],
+)
+def test_one_figure_runs_only_what_it_needs(monkeypatch, study, name, needs):
+    ran = set()
+    for part, module, function, value in (
+        ("plans", study_module.seed_study, "plans", study.plans),
+        ("runs", study_module.seed_runs, "many_seeds", study.runs),
+    ):
+        monkeypatch.setattr(module, function, lambda *_, part=part, value=value: ran.add(part) or value)
+    reproduce(Study(seed=1, seeds=3), only=[name])
+    assert ran == needs
 
 
-def test_the_same_seed_gives_the_same_report_but_for_times(results):
-    again = json.loads(reproduce(1, results["command"])["results.json"])
-    for one, two in zip(results["rows"], again["rows"], strict=True):
-        assert {**one, "wall_time_s": 0} == {**two, "wall_time_s": 0}
+def test_a_figure_that_does_not_exist_is_named():
+    with pytest.raises(InvalidInputError, match="fig99") as caught:
+        reproduce(Study(), only=["fig10a_path", "fig99"])
+    assert "fig10a_path" in caught.value.remedy
+
+
+def test_progress_counts_every_stage_to_its_end(monkeypatch):
+    monkeypatch.setattr(seed_study, "ITERATIONS", 2)
+    seen = []
+    study = Study(seed=1, seeds=2, progress=lambda *step: seen.append(step))
+    assert study.plans
+    assert study.runs
+    totals = [8, 20]
+    for total in totals:
+        done = [step[0] for step in seen if step[1] == total]
+        assert done == list(range(1, total + 1))
+    assert len(seen) == sum(totals)

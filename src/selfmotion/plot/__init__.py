@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from selfmotion.domain import angle_domain
 from selfmotion.plans import Plan
+from selfmotion.plot.data import figure_data
 from selfmotion.plot.domain import draw_domain
 from selfmotion.plot.evolution import draw_evolution
 from selfmotion.plot.flow import draw_flow, flow_height
 from selfmotion.plot.joints import draw_joints
 from selfmotion.plot.path import draw_path, draw_postures
+from selfmotion.plot.spread import draw_spread
 from selfmotion.plot.style import figure, image_files, rendered
 from selfmotion.plot.sweep import draw_extreme_postures, draw_posture_interval, draw_sweep
 from selfmotion.plot.workspace import draw_workspace
@@ -40,9 +42,11 @@ __all__ = [
     "draw_path",
     "draw_posture_interval",
     "draw_postures",
+    "draw_spread",
     "draw_sweep",
     "draw_workspace",
     "figure",
+    "figure_data",
     "flow_height",
     "image_files",
     "plan_figure_names",

@@ -1,4 +1,4 @@
-"""How a search went: best cost against iterations."""
+"""How searches went: best cost against iterations, one search or many of a kind."""
 
 from __future__ import annotations
 
@@ -6,42 +6,58 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from selfmotion.optimizers import History
-from selfmotion.plot.style import COLORS, DASHES
+from selfmotion.plot.style import COLORS, DASHES, GREY
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+FLOOR = 1e-12
+"""Excess over the optimum below which values are rounding; a logarithmic axis ends here."""
 
-def draw_evolution(axes: Axes, histories: Mapping[str, History], optimum: float | None = None) -> None:
-    """Draw the best cost of each search against its iterations (Fig. 11).
+
+def draw_evolution(
+    axes: Axes,
+    searches: Mapping[str, ArrayLike],
+    optimum: float | None = None,
+    beside: Mapping[str, ArrayLike] | None = None,
+) -> None:
+    """Draw the best cost so far against iterations (Fig. 11).
 
     Parameters
     ----------
     axes : Axes
-    histories : mapping
-        Label to History.
+    searches : mapping
+        Label to the best cost after each iteration: shape (k,) of one search, or (s, k) of s searches, which are drawn
+        as their median with a band between the quartiles.
     optimum : float, optional
         With it, the excess over this value is drawn on a logarithmic scale.
+    beside : mapping, optional
+        Further searches to compare with, as thin grey medians.
     """
-    for k, (label, history) in enumerate(histories.items()):
-        best = np.asarray(history.best)
-        if optimum is not None:
-            best = np.maximum(best - optimum, 1e-12)
-        axes.plot(
-            np.arange(1, len(best) + 1),
-            best,
-            color=COLORS[k % len(COLORS)],
-            linestyle=DASHES[k % len(DASHES)],
-            label=label,
-        )
+    for best in (beside or {}).values():
+        _, middle, _ = _quartiles(best, optimum)
+        axes.plot(np.arange(1, len(middle) + 1), middle, color=GREY, linewidth=0.5, zorder=1.5)
+    for k, (label, best) in enumerate(searches.items()):
+        low, middle, high = _quartiles(best, optimum)
+        iteration = np.arange(1, len(middle) + 1)
+        color = COLORS[k % len(COLORS)]
+        if np.ndim(best) == 2:
+            axes.fill_between(iteration, low, high, color=color, alpha=0.3, linewidth=0)
+        axes.plot(iteration, middle, color=color, linestyle=DASHES[k % len(DASHES)], label=label)
     axes.set_xlabel("iteration")
     if optimum is None:
-        axes.set_ylabel("best fitness F")
-        axes.set_title("fitness evolution")
+        axes.set_ylabel("best F")
     else:
         axes.set_yscale("log")
-        axes.set_ylabel("best F − dense-scan optimum")
-        axes.set_title("excess over the dense-scan optimum")
-    axes.legend(loc="best", handlelength=3)
+        axes.set_ylabel("best F − optimum")
+
+
+def _quartiles(best: ArrayLike, optimum: float | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return lower quartile, median and upper quartile after each iteration, shape (k,) each."""
+    values = np.atleast_2d(np.asarray(best, dtype=float))
+    if optimum is not None:
+        values = np.maximum(values - optimum, FLOOR)
+    low, middle, high = np.percentile(values, [25, 50, 75], axis=0)
+    return low, middle, high

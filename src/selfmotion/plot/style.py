@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import io
+import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
+
+from selfmotion.plot.data import figure_data
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,15 +50,17 @@ def shades(count: int) -> list[tuple[float, float, float]]:
 
 
 @contextmanager
-def figure(width: float = COLUMN, height: float = 2.6, columns: int = 1) -> Iterator[tuple[Figure, list[Axes]]]:
-    """Give a figure and its axes side by side, in the house's look.
+def figure(
+    width: float = COLUMN, height: float = 2.6, columns: int = 1, rows: int = 1
+) -> Iterator[tuple[Figure, list[Axes]]]:
+    """Give a figure and its axes, row by row, in the house's look.
 
     Parameters
     ----------
     width, height : float
         Size of the whole figure [inch].
-    columns : int
-        Number of axes.
+    columns, rows : int
+        Number of axes side by side, and of rows of them.
     """
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -64,7 +69,7 @@ def figure(width: float = COLUMN, height: float = 2.6, columns: int = 1) -> Iter
     with mpl.rc_context(_SETTINGS):
         canvas = Figure(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(canvas)
-        yield canvas, [canvas.add_subplot(1, columns, k + 1) for k in range(columns)]
+        yield canvas, [canvas.add_subplot(rows, columns, k + 1) for k in range(rows * columns)]
 
 
 def rendered(name: str, draw: Callable[..., None], *args: object, **size: float) -> dict[str, bytes]:
@@ -84,8 +89,16 @@ def rendered(name: str, draw: Callable[..., None], *args: object, **size: float)
         return image_files(name, canvas)
 
 
-def image_files(name: str, canvas: Figure) -> dict[str, bytes]:
-    """Return a finished figure as ``name.png`` and ``name.svg``; call it inside :func:`figure`."""
+def image_files(name: str, canvas: Figure, data: bool = False) -> dict[str, bytes]:
+    """Return a finished figure as ``name.png`` and ``name.svg``; call it inside :func:`figure`.
+
+    Parameters
+    ----------
+    name : str
+    canvas : matplotlib Figure
+    data : bool
+        Whether to add ``name.json``, what the figure shows as :func:`~selfmotion.plot.data.figure_data` reads it back.
+    """
     files = {}
     for suffix, options in (
         ("png", {"dpi": 220, "metadata": {"Software": "selfmotion"}}),
@@ -94,4 +107,6 @@ def image_files(name: str, canvas: Figure) -> dict[str, bytes]:
         buffer = io.BytesIO()
         canvas.savefig(buffer, format=suffix, **options)
         files[f"{name}.{suffix}"] = buffer.getvalue()
+    if data:
+        files[f"{name}.json"] = (json.dumps(figure_data(canvas), allow_nan=False) + "\n").encode()
     return files

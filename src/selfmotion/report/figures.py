@@ -1,0 +1,198 @@
+"""Every figure of the report. A new one is one entry in `FIGURES`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from selfmotion import plot
+from selfmotion.errors import InvalidInputError
+from selfmotion.plot.style import COLUMN
+from selfmotion.report import seed_study
+from selfmotion.report.study import Study
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class ReportFigure:
+    """A figure of the report.
+
+    Attributes
+    ----------
+    name : str
+        Of its files, and of ``selfmotion reproduce --only``.
+    number : str
+        The paper's, such as ``Fig. 10a``; empty where the paper has no such figure.
+    caption : str
+        What it shows; may use fields of the results, such as ``{seeds}``.
+    alt : str
+        What a reader who cannot see it should know.
+    draw : callable
+        Takes the `Study` and as many Axes as `columns` times `rows`. It computes what it asks the study for, no more.
+    width, height : float
+        [inch]
+    columns, rows : int
+    """
+
+    name: str
+    number: str
+    caption: str
+    alt: str
+    draw: Callable[..., None]
+    width: float = COLUMN
+    height: float = 2.6
+    columns: int = 1
+    rows: int = 1
+
+    def files(self, study: Study) -> dict[str, bytes]:
+        """Return ``name.png``, ``name.svg`` and ``name.json``, the data that the picture shows."""
+        size = {"width": self.width, "height": self.height, "columns": self.columns, "rows": self.rows}
+        with plot.figure(**size) as (canvas, axes):  # type: ignore[arg-type]
+            self.draw(study, *axes)
+            return plot.image_files(self.name, canvas, data=True)
+
+
+def chosen(only: Iterable[str] = ()) -> list[ReportFigure]:
+    """Return the figures of these names, all of them if none is given.
+
+    Raises
+    ------
+    InvalidInputError
+        If there is no figure of a name.
+    """
+    for name in (names := list(dict.fromkeys(only))):
+        if name not in FIGURES:
+            raise InvalidInputError("--only", "is no figure of the report", f"one of {', '.join(FIGURES)}", name)
+    return [FIGURES[name] for name in names or FIGURES]
+
+
+def _path(study: Study, axes: Axes) -> None:
+    plot.draw_path(axes, study.problem)
+
+
+def _domain(study: Study, axes: Axes) -> None:
+    grid = study.problem.grid
+    curves = {
+        f"{label}, f = {study.plans[label].parameters['f']:.4f}": (grid, study.plans[label].u(grid)[:, 0])
+        for label in seed_study.PRINTED
+    }
+    plot.draw_domain(axes, study.domain, 0, curves)
+
+
+def _joints(study: Study, axes: Axes) -> None:
+    plot.draw_joints(axes, study.plans[study.best])
+
+
+def _postures(study: Study, axes: Axes) -> None:
+    plot.draw_postures(axes, study.plans[study.best])
+
+
+def _evolution(study: Study, *panels: Axes) -> None:
+    _panels(study, panels, None)
+
+
+def _excess(study: Study, *panels: Axes) -> None:
+    _panels(study, panels, study.scan.fitness)
+
+
+def _panels(study: Study, panels: tuple[Axes, ...], optimum: float | None) -> None:
+    """Draw a panel per optimizer, all to one scale, with the medians of the others in grey."""
+    best = {label: runs.best for label, runs in study.runs["plain"].items()}
+    for axes, label in zip(panels, best, strict=False):
+        others = {other: values for other, values in best.items() if other != label}
+        plot.draw_evolution(axes, {label: best[label]}, optimum, others)
+        axes.set_title(label)
+        if optimum is None:  # most of the way is made in the first few iterations
+            axes.set_xscale("log")
+            axes.set_xticks([1, 10, 100], ["1", "10", "100"])
+    shown = panels[: len(best)]
+    extents = [axes.get_ylim() for axes in shown]
+    for axes in shown:
+        axes.set_ylim(min(low for low, _ in extents), max(high for _, high in extents))
+        axes.label_outer()
+    for axes in panels[len(best) :]:
+        axes.set_axis_off()
+        key = f"line: median\nband: quartiles\nof {study.seeds} seeds\ngrey: the others'\nmedians"
+        axes.text(0.1, 0.5, key, transform=axes.transAxes, va="center")
+
+
+def _spread(study: Study, axes: Axes) -> None:
+    optimum = study.scan.fitness
+    excess = {
+        copy: {label: runs.fitness - optimum for label, runs in rows.items()} for copy, rows in study.runs.items()
+    }
+    plot.draw_spread(axes, excess)
+
+
+FIGURES = {
+    entry.name: entry
+    for entry in (
+        ReportFigure(
+            "fig10a_path",
+            "Fig. 10a",
+            "The fifth-degree Bezier curve that the tool follows.",
+            "A smooth curve in the plane that crosses itself once and forms a loop, its start and end marked",
+            _path,
+            height=2.8,
+        ),
+        ReportFigure(
+            "fig10b_domain",
+            "Fig. 10b",
+            "The angle domain of the positive elbow, and in it the sinusoids that the paper's three optimizers found "
+            "with seed {seed}. Where they found the same frequency, the curves lie on each other.",
+            "The region of feasible directions of the last link along the path, with three sinusoids inside it",
+            _domain,
+            height=3.0,
+        ),
+        ReportFigure(
+            "fig11_evolution",
+            "Fig. 11",
+            "Fitness evolution on the plain problem: the least F so far, median and quartiles over {seeds} seeds.",
+            "A panel per optimizer: the least F falls with the iterations towards the optimum",
+            _evolution,
+            height=4.2,
+            columns=2,
+            rows=3,
+        ),
+        ReportFigure(
+            "fig11_excess",
+            "Fig. 11",
+            "The same as excess over the dense-scan optimum, on a logarithmic scale, where the optimizers differ. "
+            "What is nearer than rounding is drawn at the lower end.",
+            "A panel per optimizer: how the excess over the optimum falls with the iterations, on a logarithmic scale",
+            _excess,
+            height=4.2,
+            columns=2,
+            rows=3,
+        ),
+        ReportFigure(
+            "seeds_spread",
+            "",
+            "How far each optimizer ends from the dense-scan optimum over {seeds} seeds, on the problem (plain) and on "
+            "its copy with shifted variable. Mark: median; bar: quartiles; faint dots: single runs. What is nearer "
+            "than rounding is drawn at the left end.",
+            "Per optimizer the final excess over the optimum of all runs on a logarithmic axis, plain above shifted",
+            _spread,
+            height=3.0,
+        ),
+        ReportFigure(
+            "fig12a_joints",
+            "Fig. 12a",
+            "Joint angles of the best motion, found by {best}.",
+            "Three joint angles against the path parameter",
+            _joints,
+        ),
+        ReportFigure(
+            "fig12b_postures",
+            "Fig. 12b",
+            "Postures of the best motion.",
+            "The arm drawn at several places along the path, light at the start and dark at the end",
+            _postures,
+            height=3.2,
+        ),
+    )
+}
+"""The report's figures by name, in its order."""

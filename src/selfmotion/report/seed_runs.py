@@ -1,0 +1,132 @@
+"""The study's optimizers over many seeds, on the problem and on a copy of it whose variable is shifted.
+
+The shifted copy searches y = f − c, c the middle of the box, for the same F. A method that does not care where the
+origin lies does as well on both; one that is drawn to the origin does not, and here the best f lies near it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from selfmotion._types import FloatArray
+from selfmotion.optimizers import Progress
+from selfmotion.report import seed_study
+
+SHIFT = 0.5 * (seed_study.BOUNDS[0] + seed_study.BOUNDS[1])
+COPIES = {"plain": 0.0, "shifted": SHIFT}
+"""The copies of the problem: name to what is subtracted from f."""
+TOLERANCE = 1e-6
+"""A run whose F exceeds the dense-scan optimum by at most this has found it."""
+
+
+@dataclass(frozen=True)
+class Runs:
+    """The runs of one optimizer on one copy.
+
+    Attributes
+    ----------
+    f, fitness : array, shape (s,)
+        Frequency found with each seed, and F there.
+    best : array, shape (s, k)
+        Least F so far after each of k iterations.
+    evaluations : array, shape (s,)
+        Candidates judged.
+    """
+
+    f: FloatArray
+    fitness: FloatArray
+    best: FloatArray
+    evaluations: FloatArray
+
+
+class _Task(NamedTuple):
+    copy: str
+    label: str
+    seed: int
+
+
+class _Outcome(NamedTuple):
+    f: float
+    best: FloatArray
+    evaluations: int
+
+
+class _Remembering:
+    """F of a shifted frequency, computed once per value: a GA's survivors are judged again in every generation."""
+
+    def __init__(self, shift: float) -> None:
+        self._shift = shift
+        self._known: dict[float, float] = {}
+
+    def __call__(self, population: FloatArray) -> FloatArray:
+        wanted = population[:, 0].tolist()
+        new = [y for y in dict.fromkeys(wanted) if y not in self._known]
+        if new:
+            self._known.update(zip(new, seed_study.fitness(np.array(new) + self._shift).tolist(), strict=True))
+        return np.array([self._known[y] for y in wanted])
+
+
+def _one(task: _Task) -> _Outcome:
+    shift = COPIES[task.copy]
+    low, high = seed_study.BOUNDS
+    optimizer = seed_study.optimizers(task.seed, (low - shift, high - shift))[task.label]
+    result = optimizer.minimize(_Remembering(shift), 1)
+    return _Outcome(float(result.x[0]) + shift, np.array(result.history.best), result.evaluations)
+
+
+def many_seeds(seed: int, seeds: int, workers: int = 1, progress: Progress | None = None) -> dict[str, dict[str, Runs]]:
+    """Run every optimizer on both copies with `seeds` seeds from `seed` on.
+
+    Parameters
+    ----------
+    seed, seeds : int
+    workers : int
+        Processes that share the runs. The outcome is the same to the last bit whatever their number. (Threads take as
+        long as one does: an evaluation is many short array operations, each of which asks for the interpreter's lock.)
+    progress : callable, optional
+        Called after each run with (done, total, least F so far).
+
+    Returns
+    -------
+    dict
+        Copy to label to `Runs`.
+    """
+    tasks = [_Task(copy, label, seed + k) for copy in COPIES for label in seed_study.COMPARED for k in range(seeds)]
+    outcomes: list[_Outcome] = []
+    least = np.inf
+    with _mapped(tasks, workers) as arriving:
+        for outcome in arriving:
+            outcomes.append(outcome)
+            least = min(least, float(outcome.best[-1]))
+            if progress is not None:
+                progress(len(outcomes), len(tasks), least)
+    found: dict[str, dict[str, Runs]] = {copy: {} for copy in COPIES}
+    for k in range(0, len(tasks), seeds):
+        some = outcomes[k : k + seeds]
+        best = np.array([outcome.best for outcome in some])
+        found[tasks[k].copy][tasks[k].label] = Runs(
+            np.array([outcome.f for outcome in some]),
+            best[:, -1],
+            best,
+            np.array([outcome.evaluations for outcome in some]),
+        )
+    return found
+
+
+@contextmanager
+def _mapped(tasks: list[_Task], workers: int) -> Iterator[Iterator[_Outcome]]:
+    """Give the outcomes of `tasks` in their order, as they arrive."""
+    if workers <= 1:
+        yield map(_one, tasks)
+        return
+    from multiprocessing import get_context
+
+    # Fresh processes: a fork would copy the threads of a progress bar in whatever state they are.
+    with ProcessPoolExecutor(min(workers, len(tasks)), get_context("spawn")) as pool:
+        yield pool.map(_one, tasks, chunksize=5)

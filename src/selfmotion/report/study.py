@@ -1,0 +1,63 @@
+"""The study's results, each computed when it is first asked for: a figure that needs no optimizer runs none."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+from selfmotion.domain import AngleDomain, angle_domain
+from selfmotion.optimizers import Progress
+from selfmotion.planners import Plan
+from selfmotion.problem import Problem
+from selfmotion.report import seed_runs, seed_study
+
+
+class Study:
+    """The paper's 3R study.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the single runs, and the first of the many.
+    seeds : int
+        Number of seeds of the comparison.
+    workers : int
+        Processes that share its runs; they change no bit of the outcome.
+    progress : callable, optional
+        Called with (done, total, best so far), stage by stage.
+    """
+
+    def __init__(self, seed: int = 1, seeds: int = 30, workers: int = 1, progress: Progress | None = None) -> None:
+        self.seed = seed
+        self.seeds = seeds
+        self._workers = workers
+        self._progress = progress
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The arm on its path."""
+        return seed_study.problem()
+
+    @cached_property
+    def domain(self) -> AngleDomain:
+        """Every feasible posture along the path."""
+        return angle_domain(self.problem.arm, self.problem.path)
+
+    @cached_property
+    def plans(self) -> dict[str, Plan]:
+        """The single run of each optimizer (Table II), by label."""
+        return seed_study.plans(self.seed, self._progress)
+
+    @cached_property
+    def best(self) -> str:
+        """Label of the plan with the least F."""
+        return min(self.plans, key=lambda label: self.plans[label].cost_sampled)
+
+    @cached_property
+    def scan(self) -> seed_study.DenseScan:
+        """The least F there is, from a dense scan."""
+        return seed_study.dense_scan()
+
+    @cached_property
+    def runs(self) -> dict[str, dict[str, seed_runs.Runs]]:
+        """The runs of all seeds: copy of the problem to label to runs."""
+        return seed_runs.many_seeds(self.seed, self.seeds, self._workers, self._progress)
