@@ -46,7 +46,7 @@ COLUMN = 3.5
 def shades(count: int) -> list[tuple[float, float, float]]:
     """Return `count` greys from light to dark, for postures in their order."""
     steps = [k / max(count - 1, 1) for k in range(count)]
-    return [(level, level, level) for level in (0.82 - 0.69 * step for step in steps)]
+    return [(level, level, level) for level in (0.78 - 0.65 * step for step in steps)]
 
 
 @contextmanager

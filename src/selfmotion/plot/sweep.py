@@ -108,8 +108,8 @@ def draw_posture_interval(axes: Axes, problem: Problem, r: float = 0.0) -> None:
     else:
         for joint in range(problem.arm.n):
             axes.plot([], [], label=f"θ{joint + 1}", **_look(joint))
-        for name, width in zip(problem.arm.branches, _ELBOW_WIDTHS, strict=True):
-            axes.plot([], [], color=INK, linewidth=width, label=name)
+        for sign, width in zip("+−", _ELBOW_WIDTHS, strict=True):
+            axes.plot([], [], color=INK, linewidth=width, label=f"elbow {sign}")
         place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (-0.05, 1.0), "ncols": 5, "borderaxespad": 0.2}
         axes.legend(**place, handlelength=2.2, columnspacing=1.0, handletextpad=0.5)
     axes.margins(x=0.04, y=0.06)

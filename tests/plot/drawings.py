@@ -1,0 +1,181 @@
+"""The table of drawings whose look is tested: a new drawing function is one more row in `DRAWINGS`.
+
+After a row is added or a picture changed on purpose, look at the picture, then renew the baseline:
+
+    .venv/bin/python tests/plot/drawings.py            # writes thumbnails.json
+    .venv/bin/python tests/plot/drawings.py look DIR   # writes each picture as DIR/name.png, to look at
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import selfmotion as sm
+from selfmotion import plot
+from selfmotion.optimizers import OPTIMIZERS
+
+BASELINE = Path(__file__).with_name("thumbnails.json")
+ROWS, COLUMNS = 24, 32
+
+
+class Case:
+    """What the drawings show: the seed's 3R case, computed when it is first asked for."""
+
+    path = sm.Bezier([[50, -10], [85, 30], [50, 50], [60, -10], [58, 30], [70, -10]])
+    arm = sm.PlanarArm([30, 30, 20], [None, (0, np.pi), None])
+    free = sm.PlanarArm([30, 30, 20])
+
+    @cached_property
+    def problem(self):
+        return sm.Problem(self.arm, self.path)
+
+    @cached_property
+    def free_problem(self):
+        return sm.Problem(self.free, self.path)
+
+    @cached_property
+    def gap_problem(self):
+        """A limit on θ2 cuts the middle out of the interval."""
+        return sm.Problem(sm.PlanarArm([30, 30, 20], [None, (-1.5, 1.5), None]), self.path)
+
+    @cached_property
+    def corner(self):
+        """A point with a larger ψ than the path has."""
+        return sm.Problem(self.free, sm.Line([45, 45], [46, 45]))
+
+    @cached_property
+    def plan(self):
+        return sm.plan(self.problem, sm.Sinusoid([0.3], amplitude=[0.4], optimizer=sm.PSO(seed=1, bounds=(0, 2))))
+
+    @cached_property
+    def searches(self):
+        """Made-up courses of 9 searches each, (9, 40), falling towards 1 at different speeds."""
+        rng, k = np.random.default_rng(3), np.arange(40)
+        return {
+            name: 1 + rng.uniform(0.5, 2, (9, 1)) * 10 ** (-speed * k * rng.uniform(0.6, 1.4, (9, 1)))
+            for name, speed in (("GA", 0.05), ("PSO", 0.1), ("GWO", 0.2))
+        }
+
+    @cached_property
+    def ends(self):
+        return {name: best[:, -1] - 1 for name, best in self.searches.items()}
+
+    @cached_property
+    def domain(self):
+        return sm.angle_domain(self.arm, self.path)
+
+    @cached_property
+    def curve(self):
+        r = np.linspace(0, 1, 201)
+        return {"this plan": (r, self.plan.u(r)[:, 0])}
+
+
+class Drawing(NamedTuple):
+    """One row: what is drawn, from which part of the case, and how large.
+
+    Attributes
+    ----------
+    draw : callable
+        Takes an Axes and the arguments.
+    arguments : callable
+        Case to a tuple of arguments.
+    height : float
+        Of the figure [inch]; its width is one column.
+    ink : tuple of float
+        Least and largest part of the picture that is not white.
+    """
+
+    draw: Callable[..., None]
+    arguments: Callable[[Case], tuple[Any, ...]]
+    height: float = 2.6
+    ink: tuple[float, float] = (0.02, 0.5)
+
+
+DRAWINGS = {
+    "path": Drawing(plot.draw_path, lambda case: (case.problem,)),
+    "postures": Drawing(plot.draw_postures, lambda case: (case.plan,), height=3.2),
+    "joints": Drawing(plot.draw_joints, lambda case: (case.plan,)),
+    "domain": Drawing(plot.draw_domain, lambda case: (case.domain, 0), ink=(0.2, 0.7)),
+    "motion_in_domain": Drawing(plot.draw_domain, lambda case: (case.domain, 0, case.curve), ink=(0.2, 0.7)),
+    "evolution": Drawing(plot.draw_evolution, lambda case: ({"PSO": case.searches["PSO"][0]},)),
+    "evolution_quartiles": Drawing(plot.draw_evolution, lambda case: (case.searches, 1.0)),
+    "spread": Drawing(plot.draw_spread, lambda case: ({"plain": case.ends, "shifted": case.ends},)),
+    "workspace": Drawing(plot.draw_workspace, lambda case: (case.free, case.path), ink=(0.1, 0.5)),
+    "workspace_all_radii": Drawing(plot.draw_workspace, lambda _: (sm.PlanarArm([30, 17, 26]),), ink=(0.1, 0.5)),
+    "workspace_without_nearest": Drawing(plot.draw_workspace, lambda _: (sm.PlanarArm([1, 1, 3]),)),
+    "extreme_postures": Drawing(plot.draw_extreme_postures, lambda case: (case.free_problem,), height=3.2),
+    "extreme_postures_corner": Drawing(plot.draw_extreme_postures, lambda case: (case.corner,), height=3.2),
+    "posture_interval": Drawing(plot.draw_posture_interval, lambda case: (case.free_problem,), ink=(0.2, 0.8)),
+    "posture_interval_gap": Drawing(plot.draw_posture_interval, lambda case: (case.gap_problem,), ink=(0.1, 0.6)),
+    "sweep_positive": Drawing(plot.draw_sweep, lambda case: (case.free_problem, 0.0, 0), height=3.0),
+    "sweep_negative": Drawing(plot.draw_sweep, lambda case: (case.free_problem, 0.0, 1), height=3.0),
+    **{
+        f"flow_{kind}": Drawing(
+            plot.draw_flow,
+            lambda _, optimizer=OPTIMIZERS[kind]: (optimizer,),
+            height=plot.flow_height(OPTIMIZERS[kind]),
+            ink=(0.05, 0.5),
+        )
+        for kind in ("ga", "pso", "gwo", "random")
+    },
+}
+
+_case = cache(Case)
+
+
+@contextmanager
+def drawn(name: str) -> Iterator[Any]:
+    """Give the finished figure of one row, at the width of a column."""
+    row = DRAWINGS[name]
+    with plot.figure(height=row.height) as (canvas, (axes,)):
+        row.draw(axes, *row.arguments(_case()))
+        yield canvas
+
+
+def luminance(canvas: Any) -> np.ndarray:
+    """Return the picture's grey levels, 0 black to 1 white, shape (height, width)."""
+    canvas.canvas.draw()
+    rgb = np.asarray(canvas.canvas.buffer_rgba())[..., :3] / 255.0
+    return rgb @ [0.2126, 0.7152, 0.0722]
+
+
+def thumbnail(canvas: Any) -> np.ndarray:
+    """Return the mean grey level of ROWS × COLUMNS parts of the picture."""
+    grey = luminance(canvas)
+    bands = np.array_split(grey, ROWS, axis=0)
+    return np.array([[block.mean() for block in np.array_split(band, COLUMNS, axis=1)] for band in bands])
+
+
+def write_thumbnails() -> None:
+    """Write the baseline: per picture one string per row, two hexadecimal digits per grey level."""
+    found = {}
+    for name in DRAWINGS:
+        with drawn(name) as canvas:
+            levels = np.rint(255 * thumbnail(canvas)).astype(np.uint8)
+        found[name] = [row.tobytes().hex() for row in levels]
+    BASELINE.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+def read_thumbnails() -> dict[str, np.ndarray]:
+    """Return the baseline, name to array."""
+    stored = json.loads(BASELINE.read_text(encoding="utf-8"))
+    return {name: np.array([list(bytes.fromhex(row)) for row in rows]) / 255.0 for name, rows in stored.items()}
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["look"]:
+        folder = Path(sys.argv[2])
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in DRAWINGS:
+            with drawn(name) as canvas:
+                (folder / f"{name}.png").write_bytes(plot.image_files(name, canvas)[f"{name}.png"])
+    else:
+        write_thumbnails()
