@@ -15,6 +15,8 @@ from selfmotion.report.study import Study
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+_COLUMNS = 2  # of the panels of Fig. 11
+
 
 @dataclass(frozen=True)
 class ReportFigure:
@@ -110,9 +112,12 @@ def _panels(study: Study, panels: tuple[Axes, ...], optimum: float | None) -> No
             axes.set_xticks([1, 10, 100], ["1", "10", "100"])
     shown = panels[: len(best)]
     extents = [axes.get_ylim() for axes in shown]
-    for axes in shown:
+    for k, axes in enumerate(shown):
         axes.set_ylim(min(low for low, _ in extents), max(high for _, high in extents))
         axes.label_outer()
+        if k + _COLUMNS >= len(shown):  # nothing below it
+            axes.set_xlabel("iteration")
+            axes.tick_params(labelbottom=True)
     for axes in panels[len(best) :]:
         axes.set_axis_off()
         key = f"line: median\nband: quartiles\nof {study.seeds} seeds\ngrey: the others'\nmedians"
@@ -154,7 +159,7 @@ FIGURES = {
             "A panel per optimizer: the least F falls with the iterations towards the optimum",
             _evolution,
             height=4.2,
-            columns=2,
+            columns=_COLUMNS,
             rows=3,
         ),
         ReportFigure(
@@ -165,7 +170,7 @@ FIGURES = {
             "A panel per optimizer: how the excess over the optimum falls with the iterations, on a logarithmic scale",
             _excess,
             height=4.2,
-            columns=2,
+            columns=_COLUMNS,
             rows=3,
         ),
         ReportFigure(
