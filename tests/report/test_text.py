@@ -50,8 +50,10 @@ def _other(value):
     return "another"
 
 
-def test_a_number_that_is_shown_cannot_be_missing(results):
+@pytest.mark.parametrize("best", seed_study.IN_TABLE)
+def test_a_number_that_is_shown_cannot_be_missing(results, best):
     """Whatever changes the text when it changes, must stop the report when it is gone."""
+    results["best"] = best
     text = report_text(results)
     shown = set()
     for at in _places(results):
