@@ -24,3 +24,8 @@ def unwrap(q: FloatArray) -> None:
     steps = np.diff(q, axis=-2)
     if steps.max(initial=0.0) > np.pi or steps.min(initial=0.0) < -np.pi:
         q[..., 1:, :] -= TAU * np.cumsum(np.rint(steps / TAU), axis=-2)
+
+
+def unit(angle: FloatArray | float) -> FloatArray:
+    """Return the unit vectors of directions (...), shape (..., 2)."""
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)

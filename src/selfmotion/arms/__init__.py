@@ -7,10 +7,20 @@ from __future__ import annotations
 
 from selfmotion.arms.limits import JointLimits
 from selfmotion.arms.planar import PlanarArm
-from selfmotion.arms.protocols import Breakpoints, Cause, RedundantArm, SelfMotion
+from selfmotion.arms.protocols import Breakpoints, Cause, FreeJoint, RedundantArm, SelfMotion
 from selfmotion.arms.radii import Radii
 
 ARMS: dict[str, type[RedundantArm]] = {arm.kind: arm for arm in (PlanarArm,)}
 """Every arm by the ``kind`` of a problem file."""
 
-__all__ = ["ARMS", "Breakpoints", "Cause", "JointLimits", "PlanarArm", "Radii", "RedundantArm", "SelfMotion"]
+__all__ = [
+    "ARMS",
+    "Breakpoints",
+    "Cause",
+    "FreeJoint",
+    "JointLimits",
+    "PlanarArm",
+    "Radii",
+    "RedundantArm",
+    "SelfMotion",
+]

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.arms.limits import JointLimits
+from selfmotion.intervals import IntervalSet
 
 
 class Cause(NamedTuple):
@@ -20,10 +21,19 @@ class Cause(NamedTuple):
         there in general; a singular posture may).
     joint : int
         The joint concerned, counted from 0; −1 for markers.
+    value : float
+        Its angle there [rad], NaN for markers.
     """
 
     kind: str
     joint: int
+    value: float
+
+    def __str__(self) -> str:
+        name = f"θ{self.joint + 1}"
+        if self.kind == "fold":
+            return f"fold {name} = {'π' if self.value else '0'}"
+        return f"{self.kind} of {name}" if self.joint >= 0 else self.kind
 
 
 class Breakpoints(NamedTuple):
@@ -47,6 +57,23 @@ class Breakpoints(NamedTuple):
     causes: tuple[Cause, ...]
 
 
+class FreeJoint(NamedTuple):
+    """Postures at one task point along which one joint turns while u stands still.
+
+    Attributes
+    ----------
+    joint : int
+    u : float
+        Where on the self-motion they are [rad].
+    angles : IntervalSet
+        The angles of the joint that all limits allow, on the circle.
+    """
+
+    joint: int
+    u: float
+    angles: IntervalSet
+
+
 @runtime_checkable
 class SelfMotion(Protocol):
     """An arm with one redundant degree of freedom, seen from its parameter u.
@@ -60,6 +87,8 @@ class SelfMotion(Protocol):
     u_range: tuple[float, float]
     periodic: bool
     limits: JointLimits
+    singular: BoolArray
+    """Per separator, whether a joint is free where it vanishes; shape (m,)."""
 
     @property
     def wraps(self) -> BoolArray:
@@ -74,8 +103,22 @@ class SelfMotion(Protocol):
         """Return postures (k, m, n) and whether they reach, for parameters `u` (k, m)."""
         ...
 
-    def breakpoints(self, pose: Any) -> Breakpoints:
-        """Return where feasibility may change; at least one finite parameter per pose and branch."""
+    def breakpoints(self, pose: Any, exact: bool = False) -> Breakpoints:
+        """Return where feasibility may change; at least one finite parameter per pose and branch.
+
+        Constraints that are met up to rounding count as met, unless `exact`.
+        """
+        ...
+
+    def separators(self, pose: Any) -> FloatArray:
+        """Return smooth functions of the pose, shape (k, m), outside whose zeros the structure of Ω is constant.
+
+        An arm that knows none returns shape (k, 0): the structure along a path is then found by comparing samples.
+        """
+        ...
+
+    def free_joint(self, pose: Any) -> FreeJoint | None:
+        """Return the postures at which a joint is free, for one pose where a singular separator vanishes."""
         ...
 
 

@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 from selfmotion.domain.angle_domain import AngleDomain, angle_domain, blocked_at, blocked_stretches, out_of_reach
+from selfmotion.domain.events import Event
 from selfmotion.domain.feasible import FeasibleArcs, feasible_arcs
+from selfmotion.domain.fibre import Fibre, Interval, fibres
+from selfmotion.domain.structure import Cell, DomainStructure, Sheet
 from selfmotion.domain.sweep import Sweep
 
 __all__ = [
     "AngleDomain",
+    "Cell",
+    "DomainStructure",
+    "Event",
     "FeasibleArcs",
+    "Fibre",
+    "Interval",
+    "Sheet",
     "Sweep",
     "angle_domain",
     "blocked_at",
     "blocked_stretches",
     "feasible_arcs",
+    "fibres",
     "out_of_reach",
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +12,7 @@ from selfmotion._checks import branch_index
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms import RedundantArm, SelfMotion
 from selfmotion.domain.feasible import FeasibleArcs, feasible_arcs
+from selfmotion.domain.structure import DomainStructure
 from selfmotion.domain.sweep import Sweep, sweep
 from selfmotion.errors import Blocked
 from selfmotion.intervals import IntervalSet
@@ -64,6 +66,11 @@ class AngleDomain:
         """
         index = branch_index(self.self_motion.branches, branch)
         return self.sample([r])[index].interval_set(0)
+
+    @cached_property
+    def structure(self) -> DomainStructure:
+        """Events along the path, and the connected parts of the domain."""
+        return DomainStructure(self.self_motion, self.path)
 
     def sample(self, r: ArrayLike, slack: float = 0.0) -> tuple[FeasibleArcs, ...]:
         """Return the feasible arcs at path parameters `r`, shape (k,), per branch; for `slack` see `feasible_arcs`."""
