@@ -18,16 +18,19 @@ from selfmotion._version import __version__
 
 if TYPE_CHECKING:
     from selfmotion.arms import PlanarArm
+    from selfmotion.breaks import connectivity
     from selfmotion.domain import AngleDomain, angle_domain
     from selfmotion.errors import (
         InfeasibleError,
         InvalidInputError,
         NothingFeasibleError,
         SelfMotionError,
+        UnrepairableError,
     )
     from selfmotion.exchange import load_problem
     from selfmotion.intervals import IntervalSet
     from selfmotion.judgement import judge
+    from selfmotion.mending import repair
     from selfmotion.optimizers import CMAES, GA, GWO, PSO, DifferentialEvolution, RandomSearch
     from selfmotion.paths import (
         Arc,
@@ -49,8 +52,9 @@ if TYPE_CHECKING:
 
 _HOME = {
     "arms": ("PlanarArm",),
+    "breaks": ("connectivity",),
     "domain": ("AngleDomain", "angle_domain"),
-    "errors": ("InfeasibleError", "InvalidInputError", "NothingFeasibleError", "SelfMotionError"),
+    "errors": ("InfeasibleError", "InvalidInputError", "NothingFeasibleError", "SelfMotionError", "UnrepairableError"),
     "exchange": ("load_problem",),
     "intervals": ("IntervalSet",),
     "optimizers": ("CMAES", "DifferentialEvolution", "GA", "GWO", "PSO", "RandomSearch"),
@@ -60,6 +64,7 @@ _HOME = {
     ),
     "planners": ("Plan", "Sinusoid", "plan"),
     "problem": ("Problem",),
+    "mending": ("repair",),
     "judgement": ("judge",),
 }  # fmt: skip
 _MODULE = {name: module for module, names in _HOME.items() for name in names}

@@ -35,6 +35,8 @@ ForceOption = Annotated[bool, typer.Option("--force", help="Replace files that s
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 SeedOption = Annotated[int | None, typer.Option("--seed", metavar="N", help="Seed of the random numbers.")]
 
+_MOST_LINES = 40  # of one kind on the terminal
+
 
 @app.callback(invoke_without_command=True)
 def _top(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
@@ -189,6 +191,66 @@ def animate(
     files = {names[kind]: animation.gif() if kind == "gif" else animation.mp4() for kind in dict.fromkeys(wanted)}
     folder.write(files, outdated=names.values())  # of the same motion, or gone
     _say(f"{animation.count} frames, {' and '.join(files)} written to {out}" + (f"\n{note}" if note else ""))
+
+
+@app.command()
+def repair(
+    problem: ProblemArgument,
+    trajectory: TrajectoryArgument,
+    out: Annotated[str, typer.Option("--out", metavar="DIR", help="Folder to write the repaired motion to.")],
+    as_json: JsonOption = False,
+    keep: Annotated[
+        float, typer.Option("--keep", min=0.0, help="Joint travel [rad] that keeping all given rows may cost.")
+    ] = 30.0,
+    force: ForceOption = False,
+) -> None:
+    """Say where a motion breaks n-connectivity and why, and mend it by self-motion."""
+    from dataclasses import asdict
+
+    from selfmotion.exchange import OutputFolder, load_problem, motion_csv, read_trajectory
+    from selfmotion.mending import repair as mend
+    from selfmotion.plot import motion_figures
+
+    case, _ = load_problem(problem)
+    motion = read_trajectory(trajectory, case.arm.n)
+    folder = OutputFolder(out, force)
+    figures = [f"{name}.{suffix}" for name in ("before", "after") for suffix in ("png", "svg")]
+    names = ["repaired.csv", "repair.json", *figures]
+    folder.check(names)
+    try:
+        found = mend(case, motion.r, motion.q, keep=keep)
+    except InvalidInputError as error:
+        raise error.inside(source=trajectory if error.field.startswith("row") else problem) from None
+    except SelfMotionError as error:
+        folder.write({"repair.json": _json(_failure(error)).encode()}, outdated=names)
+        raise
+    status = "repaired" if found.breaks or not found.kept.all() or len(found.r) > len(motion.r) else "holds"
+    result = {
+        "status": status,
+        "breaks": [{**asdict(part), "text": str(part)} for part in found.breaks],
+        "rows_given": len(motion.r),
+        "rows_kept": int(found.kept.sum()),
+        "rows": len(found.r),
+        "l1_travel": found.judgement.l1_travel,
+        "max_tracking_error": found.judgement.max_tracking_error,
+        "max_joint_step": found.judgement.max_joint_step,
+        "min_limit_margin": found.judgement.min_limit_margin,
+        "version": __version__,
+    }
+    files = {
+        "repaired.csv": motion_csv(case.arm, found.r, found.q, case.arm.u_of(found.q)),
+        "repair.json": _json(result).encode(),
+        **motion_figures("before", case, motion.r, motion.q, found.breaks),
+        **motion_figures("after", case, found.r, found.q),
+    }
+    folder.write(files)
+    lines = [str(part) for part in found.breaks[:_MOST_LINES]]
+    lines += [f"… and {len(found.breaks) - _MOST_LINES} more, see repair.json"] * (len(found.breaks) > _MOST_LINES)
+    lines.append(
+        f"{status}: {result['rows_kept']} of {result['rows_given']} rows kept, {result['rows']} rows in all, "
+        f"joint travel {result['l1_travel']:.6g} rad, written to {out}"
+    )
+    _say(_json(result) if as_json else "\n".join(lines))
 
 
 @app.command()

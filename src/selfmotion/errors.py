@@ -116,6 +116,28 @@ class InfeasibleError(SelfMotionError):
         )
 
 
+class UnrepairableError(SelfMotionError):
+    """A sampled motion that no self-motion can make continuous.
+
+    Parameters
+    ----------
+    message : str
+        Where the last connected part of the self-motion ends, and what ends it.
+    remedy : str
+    r : float
+        The place.
+    proved : bool
+        Whether limits wider by 1e-7 rad would not help either, so that rounding is not to blame.
+    """
+
+    def __init__(self, message: str, remedy: str, r: float, proved: bool) -> None:
+        self.r = r
+        self.proved = proved
+        if proved:
+            self.status, self.exit_code = "infeasible", 3
+        super().__init__(message, remedy)
+
+
 class NothingFeasibleError(SelfMotionError):
     """A search ended without a feasible candidate; this proves nothing.
 

@@ -136,10 +136,7 @@ def judge(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Tolerances |
     """
     allowed = tolerances or Tolerances()
     arm, path = problem.arm, problem.path
-    r, q = finite_array("r", r, 1), finite_array("q", q, 2, arm.n)
-    if len(r) != len(q) or len(r) < 2 or r.min() < 0 or r.max() > 1 or (np.diff(r) < 0).any():
-        raise InvalidInputError("r", "does not run through q inside [0, 1]", "give two rows or more, r not descending")
-    q = np.where(arm.limits.limited, q, np.unwrap(q, axis=0))
+    r, q = checked_motion(problem, r, q)
     halfway = 0.5 * (q[1:] + q[:-1])
     motion = _Sampled(
         problem,
@@ -163,6 +160,14 @@ def judge(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Tolerances |
         failures=tuple(failure for check in checks for failure in check(motion)),
         tolerances=allowed,
     )
+
+
+def checked_motion(problem: Problem, r: ArrayLike, q: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Return a sampled motion as arrays (k,) and (k, n), free joints made continuous; refuse what is none."""
+    r, q = finite_array("r", r, 1), finite_array("q", q, 2, problem.arm.n)
+    if len(r) != len(q) or len(r) < 2 or r.min() < 0 or r.max() > 1 or (np.diff(r) < 0).any():
+        raise InvalidInputError("r", "does not run through q inside [0, 1]", "give two rows or more, r not descending")
+    return r, np.where(problem.arm.limits.limited, q, np.unwrap(q, axis=0))
 
 
 def _coverage(motion: _Sampled) -> Iterator[Failure]:
@@ -190,18 +195,37 @@ def _limits(motion: _Sampled) -> Iterator[Failure]:
 
 def _continuity(motion: _Sampled) -> Iterator[Failure]:
     """One failure at most: the largest step if too large, else the step that stands out most from its neighbours."""
-    size = motion.steps.max(axis=1)
-    k, limit = int(np.argmax(size)), motion.allowed.step
-    if size[k] <= limit:
-        if len(size) < 3:
-            return
-        speed = size / np.maximum(np.diff(motion.r), _SAME)
-        padded = np.concatenate([speed[1:2], speed, speed[-2:-1]])
-        usual = np.maximum(_ODD_RATIO * np.maximum(padded[:-2], padded[2:]) * size / speed.clip(1e-300), _ODD_STEP)
-        k = int(np.argmax(size / usual))
-        limit = float(usual[k])
-    if size[k] > limit:
-        yield motion.failure("continuity", k + 1, size[k], limit, int(np.argmax(motion.steps[k])))
+    size, allowed = motion.steps.max(axis=1), steps_allowed(motion.r, motion.steps, motion.allowed.step)
+    too_large = size > motion.allowed.step
+    k = int(np.argmax(size if too_large.any() else size / allowed))
+    if size[k] > allowed[k]:
+        yield motion.failure("continuity", k + 1, size[k], allowed[k], int(np.argmax(motion.steps[k])))
+
+
+def steps_allowed(r: FloatArray, steps: FloatArray, largest: float) -> FloatArray:
+    """Return how large each joint step of a continuous motion may be.
+
+    Parameters
+    ----------
+    r : array, shape (k,)
+    steps : array, shape (k − 1, n)
+        Absolute joint steps between rows [rad].
+    largest : float
+        [rad]
+
+    Returns
+    -------
+    array, shape (k − 1,)
+        `largest`, or where a step is eight times faster in r than the steps before and after it, what would not be;
+        steps up to 0.02 rad are always allowed.
+    """
+    size = steps.max(axis=1)
+    if len(size) < 3:
+        return np.full(len(size), largest)
+    speed = size / np.maximum(np.diff(r), _SAME)
+    padded = np.concatenate([speed[1:2], speed, speed[-2:-1]])
+    usual = _ODD_RATIO * np.maximum(padded[:-2], padded[2:]) * size / speed.clip(1e-300)
+    return np.minimum(np.maximum(usual, _ODD_STEP), largest)
 
 
 def _elbow(motion: _Sampled) -> Iterator[Failure]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike
 from selfmotion._checks import angles, choice, finite_array, integer, read_only
 from selfmotion._types import FloatArray
 from selfmotion.arms import RedundantArm
-from selfmotion.domain import angle_domain, blocked_at, out_of_reach
+from selfmotion.domain import DomainStructure, angle_domain, blocked_at, out_of_reach
 from selfmotion.errors import InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
 from selfmotion.paths import Path
@@ -123,6 +124,17 @@ class Problem:
     def rows(self) -> FloatArray:
         """The sample grid and every given waypoint, ascending; a trajectory has a row at each."""
         return np.unique(np.concatenate([self.grid, self.path.waypoints]))
+
+    @cached_property
+    def structure(self) -> DomainStructure:
+        """The structure of the angle domain on the branches that may be used.
+
+        Raises
+        ------
+        InvalidInputError
+            If the arm has another degree of redundancy than one.
+        """
+        return DomainStructure(self.arm.self_motion(), self.path, self.elbow_branches)
 
     def _check_reach(self) -> None:
         """Refuse a path that is out of reach everywhere: more often a matter of units than of the arm."""

@@ -261,6 +261,30 @@ class PlanarArm:
             return miss
         return np.maximum(miss, self.reach * np.abs(wrap(self._joints(q).sum(axis=-1) - self.direction)))
 
+    def task_residual(self, q: ArrayLike, x: ArrayLike) -> FloatArray:
+        """Return what postures lack to do their task, the right-hand side of a Newton step with :meth:`jacobian`.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., n)
+        x : array_like, shape (..., 2)
+
+        Returns
+        -------
+        array, shape (..., 2) or (..., 3)
+            x minus the tool position, and with a fixed direction what the last link's lacks [rad].
+        """
+        lack = np.asarray(x, dtype=float) - self.forward(q)
+        if self.direction is None:
+            return lack
+        turn = wrap(self.direction - self._joints(q).sum(axis=-1))
+        return np.concatenate([lack, turn[..., None]], axis=-1)
+
+    def relaxed(self, slack: float) -> PlanarArm:
+        """Return the same arm with joint limits that give by `slack` [rad] on both sides."""
+        ends = zip(self.limits.lower - slack, self.limits.upper + slack, strict=True)
+        return PlanarArm(self.links, list(ends), self.direction)
+
     def u_of(self, q: ArrayLike) -> FloatArray:
         """Return the redundancy vector of a posture, in [−π, π], shape (..., n_u)."""
         phi = np.cumsum(self._joints(q), axis=-1)[..., 2 : 2 + self.n_u]

@@ -152,6 +152,18 @@ class RedundantArm(Protocol):
         """Return how far postures are from their task, in the unit of length."""
         ...
 
+    def jacobian(self, q: ArrayLike) -> FloatArray:
+        """Return the derivative of :meth:`task_residual`, up to its sign, shape (..., tasks, n)."""
+        ...
+
+    def task_residual(self, q: ArrayLike, x: ArrayLike) -> FloatArray:
+        """Return what postures lack to do their task, shape (..., tasks)."""
+        ...
+
+    def relaxed(self, slack: float) -> RedundantArm:
+        """Return the same arm with joint limits that give by `slack` [rad]."""
+        ...
+
     def solve(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, BoolArray]:
         """Return the posture and whether it reaches."""
         ...

@@ -10,14 +10,14 @@ side only, are taken to be free, as along one path they are.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import combinations, product
 
 import numpy as np
 
-from selfmotion._types import FloatArray
+from selfmotion._types import FloatArray, IntArray
 from selfmotion.angles import TAU, wrap
 from selfmotion.arms import Cause, SelfMotion
 from selfmotion.domain.feasible import ArcsAtPoint, feasible_arcs
@@ -94,6 +94,8 @@ class Fibre:
         Per breakpoint index, why it is one.
     u : array, shape (m,)
         Per breakpoint index its parameter, NaN where it has none.
+    turning : array of int
+        The joints whose turns are counted.
     joints : callable
         Maps u, shape (...), and a branch to joint angles modulo 2π, shape (..., n).
     turn_angles : callable
@@ -105,8 +107,14 @@ class Fibre:
     component: tuple[int, ...]
     causes: tuple[Cause, ...]
     u: FloatArray
+    turning: IntArray
     joints: _Angles = field(repr=False, compare=False)
     turn_angles: _Angles = field(repr=False, compare=False)
+
+    def turns_of(self, q: FloatArray, u: float, branch: int) -> Turns:
+        """Return the turns of the posture with joint angles `q`, shape (n,), at direction `u`."""
+        start, turning = self.turn_angles(np.array([u]), branch)[0], self.turning
+        return tuple(int(k) for k in np.rint((q[turning] - start) / TAU))
 
     @property
     def n_components(self) -> int:
@@ -119,7 +127,7 @@ class Fibre:
         return frozenset(interval.name for interval in self.intervals)
 
 
-def fibres(self_motion: SelfMotion, x: FloatArray) -> list[Fibre]:
+def fibres(self_motion: SelfMotion, x: FloatArray, branches: Sequence[int] | None = None) -> list[Fibre]:
     """Return the self-motion at task points.
 
     Parameters
@@ -127,6 +135,8 @@ def fibres(self_motion: SelfMotion, x: FloatArray) -> list[Fibre]:
     self_motion : SelfMotion
     x : array, shape (k, 2)
         Task points.
+    branches : sequence of int, optional
+        Branches that may be used; all by default.
 
     Returns
     -------
@@ -147,17 +157,20 @@ def fibres(self_motion: SelfMotion, x: FloatArray) -> list[Fibre]:
         def turn_angles(u: FloatArray, branch: int) -> FloatArray:
             return lower + np.mod(joints(u, branch)[..., turning] - lower, TAU)
 
-        return _fibre([mine.at(k) for mine in arcs], joints, turn_angles, limits.upper[turning])
+        mine = {b: arcs[b].at(k) for b in (range(len(arcs)) if branches is None else branches)}
+        return _fibre(mine, turning, joints, turn_angles, limits.upper[turning])
 
     return [at(k) for k in range(len(x))]
 
 
-def _fibre(arcs: list[ArcsAtPoint], joints: _Angles, turn_angles: _Angles, upper: FloatArray) -> Fibre:
-    causes = arcs[0].causes
+def _fibre(
+    arcs: dict[int, ArcsAtPoint], turning: IntArray, joints: _Angles, turn_angles: _Angles, upper: FloatArray
+) -> Fibre:
+    causes = next(iter(arcs.values())).causes
     u = np.full(len(causes), np.nan)
     lines: list[_Line] = []
     points: dict[End, Interval] = {}
-    for branch, mine in enumerate(arcs):
+    for branch, mine in arcs.items():
         u[mine.columns] = mine.low
         joined = _Branch(branch, mine, turn_angles, upper)
         lines += joined.lines()
@@ -168,7 +181,7 @@ def _fibre(arcs: list[ArcsAtPoint], joints: _Angles, turn_angles: _Angles, upper
     alone = [point for end, point in points.items() if not at_ends & set(end)]
     lines += [_Line(point, ((), ()), (nothing, nothing)) for point in alone]
     lines.sort(key=lambda line: line.interval.name)
-    return Fibre(tuple(line.interval for line in lines), _components(lines), causes, u, joints, turn_angles)
+    return Fibre(tuple(line.interval for line in lines), _components(lines), causes, u, turning, joints, turn_angles)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ along the path are compared instead, and changes between two of them bisected.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain, pairwise, product
@@ -81,6 +82,8 @@ class DomainStructure:
     ----------
     self_motion : SelfMotion
     path : Path
+    branches : sequence of int, optional
+        Branches that may be used; all by default.
 
     Attributes
     ----------
@@ -97,12 +100,17 @@ class DomainStructure:
     turning it; where joints' turns are counted as well, that way is left out.
     """
 
-    def __init__(self, self_motion: SelfMotion, path: Path) -> None:
+    def __init__(self, self_motion: SelfMotion, path: Path, branches: Sequence[int] | None = None) -> None:
         self.self_motion = self_motion
         self.path = path
-        cells, self._cuts = _cells(self_motion, path)
+
+        def look(r: FloatArray) -> list[Fibre]:
+            return fibres(self_motion, path(r), branches)
+
+        self._look = look
+        cells, self._cuts = _cells(self_motion, path, look)
         at = self_motion.breakpoints(self_motion.pose(path(np.array([cut.r for cut in self._cuts])))).u
-        beside = _beside(self_motion, path, cells)
+        beside = _beside(look, cells)
         self._changes = [
             _through_free_joint(cut.free, pair, changes(cut.r, *pair, u))
             for cut, pair, u in zip(self._cuts, beside, at, strict=True)
@@ -120,7 +128,9 @@ class DomainStructure:
         """Return the cell that path parameter `r` lies in."""
         return self.cells[min(int(np.searchsorted([cell.r[1] for cell in self.cells], r)), len(self.cells) - 1)]
 
-    def sheet_at(self, r: float, u: float, branch: int, tolerance: float = 1e-9) -> tuple[int, ...]:
+    def sheet_at(
+        self, r: float, u: float, branch: int, tolerance: float = 1e-9, q: FloatArray | None = None
+    ) -> tuple[int, ...]:
         """Return the sheets that a posture lies on.
 
         Parameters
@@ -129,6 +139,8 @@ class DomainStructure:
         branch : int
         tolerance : float
             Distance outside an interval that is forgiven [rad].
+        q : array, shape (n,), optional
+            The joint angles, whose turns then choose between sheets.
 
         Returns
         -------
@@ -136,12 +148,13 @@ class DomainStructure:
             Empty where the posture is not feasible; several where joints may have several numbers of turns.
         """
         cell = self.cell_at(r)
-        here = fibres(self.self_motion, self.path(np.array([r])))[0]
+        (here,) = self._look(np.array([r]))
         known = {interval.name: k for k, interval in enumerate(cell.fibre.intervals)}
+        turns = None if q is None else here.turns_of(q, u, branch)
         found = [
             cell.sheets[cell.fibre.component[known[interval.name]]]
             for interval in here.intervals
-            if interval.branch == branch and interval.name in known and interval.contains(u, tolerance=tolerance)
+            if interval.branch == branch and interval.name in known and interval.contains(u, turns, tolerance)
         ]
         return tuple(dict.fromkeys(found))
 
@@ -190,6 +203,7 @@ class DomainStructure:
 
 
 _ENDINGS = ("component dies", "component parts")
+_Look = Callable[[FloatArray], list[Fibre]]
 _Node = tuple[int, int]
 """A cell and a component of its fibre."""
 
@@ -201,7 +215,7 @@ class _Cut(NamedTuple):
     free: FreeJoint | None = None
 
 
-def _cells(self_motion: SelfMotion, path: Path) -> tuple[list[Cell], list[_Cut]]:
+def _cells(self_motion: SelfMotion, path: Path, look: _Look) -> tuple[list[Cell], list[_Cut]]:
     """Return the cells of equal structure, and the cuts between them."""
 
     def values(r: FloatArray) -> FloatArray:
@@ -215,9 +229,9 @@ def _cells(self_motion: SelfMotion, path: Path) -> tuple[list[Cell], list[_Cut]]
         ]
         cuts = _clustered([_Cut(float(r), joint) for r, joint in zip(found.r, free, strict=True)])
     else:
-        cuts = _compared(self_motion, path)
+        cuts = _compared(look, path.grid(_GRID))
     edges = [0.0, *(cut.r for cut in cuts), 1.0]
-    middles = fibres(self_motion, path(np.array([0.5 * (low + high) for low, high in pairwise(edges)])))
+    middles = look(np.array([0.5 * (low + high) for low, high in pairwise(edges)]))
     cells, kept = [Cell((0.0, edges[1]), middles[0])], []
     for cut, end, middle in zip(cuts, edges[2:], middles[1:], strict=True):
         if middle.names == cells[-1].fibre.names and cut.free is None:
@@ -228,13 +242,12 @@ def _cells(self_motion: SelfMotion, path: Path) -> tuple[list[Cell], list[_Cut]]
     return cells, kept
 
 
-def _compared(self_motion: SelfMotion, path: Path) -> list[_Cut]:
+def _compared(look: _Look, r: FloatArray) -> list[_Cut]:
     """Return where the structure changes along a grid, bisected."""
 
     def names(r: FloatArray) -> list[frozenset[Name]]:
-        return [fibre.names for fibre in fibres(self_motion, path(r))]
+        return [fibre.names for fibre in look(r)]
 
-    r = path.grid(_GRID)
     known = names(r)
     cuts = []
     for k in range(len(r) - 1):
@@ -251,7 +264,7 @@ def _compared(self_motion: SelfMotion, path: Path) -> list[_Cut]:
     return _clustered(cuts)
 
 
-def _beside(self_motion: SelfMotion, path: Path, cells: list[Cell]) -> list[tuple[Fibre, Fibre]]:
+def _beside(look: _Look, cells: list[Cell]) -> list[tuple[Fibre, Fibre]]:
     """Return the fibres on both sides of each event, as near to it as they still have their cell's structure."""
     edges = [(cell, at, sign) for pair in pairwise(cells) for cell, at, sign in zip(pair, (1, 0), (-1, 1), strict=True)]
     most = np.array([_MOST_BESIDE * (cell.r[1] - cell.r[0]) for cell, _, _ in edges])
@@ -260,7 +273,7 @@ def _beside(self_motion: SelfMotion, path: Path, cells: list[Cell]) -> list[tupl
     found = [cell.fibre for cell, _, _ in edges]
     step, wanted = np.minimum(_BESIDE, most), np.arange(len(edges))
     while len(wanted):
-        near = fibres(self_motion, path(start[wanted] + sign[wanted] * step[wanted]))
+        near = look(start[wanted] + sign[wanted] * step[wanted])
         for k, fibre in zip(wanted, near, strict=True):
             if fibre.names == found[k].names:
                 found[k], step[k] = fibre, np.inf

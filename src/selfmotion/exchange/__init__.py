@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from selfmotion.exchange.files import OutputFolder, read_text
 from selfmotion.exchange.problem_file import ProblemFile, load_problem, problem_from
-from selfmotion.exchange.trajectory import Trajectory, read_trajectory, trajectory_csv
+from selfmotion.exchange.trajectory import Trajectory, motion_csv, read_trajectory, trajectory_csv
 
 __all__ = [
     "OutputFolder",
     "ProblemFile",
     "Trajectory",
     "load_problem",
+    "motion_csv",
     "problem_from",
     "read_text",
     "read_trajectory",

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from selfmotion._types import FloatArray
+from selfmotion.arms import RedundantArm
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.files import read_text
 from selfmotion.plans import Plan
@@ -31,8 +32,20 @@ class Trajectory(NamedTuple):
 def trajectory_csv(plan: Plan) -> bytes:
     """Return a plan's trajectory as CSV, 17 digits: rows at the sample grid and at every given waypoint."""
     r = plan.problem.rows
-    table = np.column_stack([r, plan(r), plan.u(r)])
-    arm = plan.problem.arm
+    return motion_csv(plan.problem.arm, r, plan(r), plan.u(r))
+
+
+def motion_csv(arm: RedundantArm, r: FloatArray, q: FloatArray, u: FloatArray) -> bytes:
+    """Return a sampled motion as CSV, 17 digits.
+
+    Parameters
+    ----------
+    arm : RedundantArm
+    r : array, shape (k,)
+    q : array, shape (k, n)
+    u : array, shape (k, n_u)
+    """
+    table = np.column_stack([r, q, u])
     header = ["r", *(f"q{j + 1}" for j in range(arm.n)), *(f"u{j + 1}" for j in range(arm.n_u))]
     lines = [",".join(header), *(",".join(f"{value:.17g}" for value in row) for row in table)]
     return ("\n".join(lines) + "\n").encode()

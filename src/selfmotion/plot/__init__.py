@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from selfmotion._types import FloatArray
+from selfmotion.breaks import Break
 from selfmotion.domain import angle_domain
 from selfmotion.plans import Plan
+from selfmotion.plot.connectivity import draw_sampled_joints, draw_samples
 from selfmotion.plot.data import figure_data
 from selfmotion.plot.domain import draw_domain
 from selfmotion.plot.evolution import draw_evolution
@@ -14,6 +19,7 @@ from selfmotion.plot.spread import draw_spread
 from selfmotion.plot.style import figure, image_files, rendered
 from selfmotion.plot.sweep import draw_extreme_postures, draw_posture_interval, draw_sweep
 from selfmotion.plot.workspace import draw_workspace
+from selfmotion.problem import Problem
 
 
 def plan_figure_names(n_u: int) -> list[str]:
@@ -33,6 +39,16 @@ def plan_figures(plan: Plan) -> dict[str, bytes]:
     return files
 
 
+def motion_figures(
+    name: str, problem: Problem, r: FloatArray, q: FloatArray, breaks: Sequence[Break] = ()
+) -> dict[str, bytes]:
+    """Return postures and joints of a sampled motion side by side, its breaks marked, as file name to bytes."""
+    with figure(width=7.0, height=3.2, columns=2) as (canvas, (left, right)):
+        draw_samples(left, problem, r, q, breaks)
+        draw_sampled_joints(right, problem, r, q, breaks)
+        return image_files(name, canvas)
+
+
 __all__ = [
     "draw_domain",
     "draw_evolution",
@@ -42,6 +58,8 @@ __all__ = [
     "draw_path",
     "draw_posture_interval",
     "draw_postures",
+    "draw_sampled_joints",
+    "draw_samples",
     "draw_spread",
     "draw_sweep",
     "draw_workspace",
@@ -49,6 +67,7 @@ __all__ = [
     "figure_data",
     "flow_height",
     "image_files",
+    "motion_figures",
     "plan_figure_names",
     "plan_figures",
     "rendered",

@@ -1,0 +1,169 @@
+"""n-connectivity: which steps of a sampled motion no continuous motion explains, and why (the seed's Fig. 1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from selfmotion._types import BoolArray, FloatArray
+from selfmotion.angles import wrap
+from selfmotion.errors import InvalidInputError
+from selfmotion.judgement import Tolerances, checked_motion, steps_allowed
+from selfmotion.problem import Problem
+
+# A posture whose sin θ2 is nearer to zero is at a fold, where branches meet.
+_AT_FOLD = 1e-6
+# A jump by whole turns leaves less than this besides [rad].
+_BESIDES = 0.1
+
+
+@dataclass(frozen=True)
+class Break:
+    """A place where a sampled motion is not connected.
+
+    Attributes
+    ----------
+    row : int
+        Data row, counted from 1; for a step the row before it.
+    r : float
+    kind : str
+        Of a row: ``"off the path"``, ``"outside a limit"``, ``"wrong elbow"``. Of the step from this row to the next:
+        ``"whole turn"``, ``"changes branch"``, ``"another part"`` (of the self-motion, which limits part),
+        ``"jumps"`` (along one and the same part), ``"too coarse"`` (the tool leaves the path between the rows).
+    size : float
+        Distance from the path (in the unit of length), overrun of the limit, or largest joint step [rad].
+    joint : int or None
+        Joint concerned, counted from 1.
+    """
+
+    row: int
+    r: float
+    kind: str
+    size: float
+    joint: int | None = None
+
+    @property
+    def is_step(self) -> bool:
+        """Whether the step to the next row is broken, rather than the row itself."""
+        return self.kind not in _ROW_KINDS
+
+    def __str__(self) -> str:
+        where = f"data row {self.row}, r = {self.r:.6g}"
+        joint = "" if self.joint is None else f"joint {self.joint} "
+        return f"{where}: {_WORDS[self.kind].format(joint=joint, size=self.size)}"
+
+
+_ROW_KINDS = ("off the path", "outside a limit", "wrong elbow")
+_WORDS = {
+    "off the path": "the tool misses the path by {size:.3g}",
+    "outside a limit": "{joint}is {size:.3g} rad outside its limits",
+    "wrong elbow": "the elbow is not the one asked for",
+    "whole turn": "{joint}jumps by a whole turn to the next row",
+    "changes branch": "the elbow changes without passing a fold, {joint}by {size:.3g} rad",
+    "another part": "the next row lies on a part of the self-motion kept apart by limits, {joint}jumps {size:.3g} rad",
+    "jumps": "{joint}jumps by {size:.3g} rad along the self-motion",
+    "too coarse": "the tool leaves the path by {size:.3g} before the next row",
+}
+
+
+@dataclass(frozen=True)
+class Connectivity:
+    """Where a sampled motion breaks n-connectivity.
+
+    Attributes
+    ----------
+    breaks : tuple of Break
+        In the order of the rows.
+    bad_rows : array of bool, shape (k,)
+        Rows that are no postures of the problem.
+    broken_steps : array of bool, shape (k − 1,)
+        Steps that no continuous motion explains; those from and to bad rows included.
+    """
+
+    breaks: tuple[Break, ...]
+    bad_rows: BoolArray
+    broken_steps: BoolArray
+
+    @property
+    def holds(self) -> bool:
+        """Whether all samples are connected."""
+        return not self.breaks
+
+
+def connectivity(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Tolerances | None = None) -> Connectivity:
+    """Find the steps of a sampled motion that break its n-connectivity, and why.
+
+    Parameters
+    ----------
+    problem : Problem
+    r : array_like, shape (k,)
+        Path parameters, not descending.
+    q : array_like, shape (k, n)
+        Joint angles [rad]; limited joints as they stand, free ones modulo 2π.
+    tolerances : Tolerances, optional
+        As for :func:`~selfmotion.judgement.judge`, whose criteria of continuity and tracking these are.
+
+    Returns
+    -------
+    Connectivity
+
+    Raises
+    ------
+    InvalidInputError
+        If shapes do not fit, r descends or leaves [0, 1], a value is not finite, or no row at all has its tool near the
+        path.
+    """
+    allowed = tolerances or Tolerances()
+    r, q = checked_motion(problem, r, q)
+    arm, limits = problem.arm, problem.arm.limits
+    miss = arm.task_error(q, problem.path(r))
+    excess = np.maximum(-limits.margin(q), 0.0)
+    off = miss > allowed.tracking * arm.reach
+    k = int(np.argmin(miss))
+    if miss[k] > allowed.between * arm.reach:
+        raise InvalidInputError(
+            f"row {k + 1}, columns q1…q{arm.n}",
+            f"come nearest to the path of all rows, and miss it by {miss[k]:.6g}",
+            "is it this arm's motion, in radians, and this path?",
+        )
+    outside = excess.max(axis=1) > allowed.limit
+    wrong = np.zeros(len(r), bool)
+    if problem.elbow != "any":
+        wrong = ~arm.is_on_branch(q, problem.elbow, _AT_FOLD)
+    bad = off | outside | wrong
+    steps = np.abs(np.diff(q, axis=0))
+    between = arm.task_error(0.5 * (q[1:] + q[:-1]), problem.path(0.5 * (r[1:] + r[:-1])))
+    good = ~bad[1:] & ~bad[:-1]
+    jumps = good & (steps.max(axis=1) > steps_allowed(r, steps, allowed.step))
+    coarse = good & ~jumps & (between > allowed.between * arm.reach)
+    breaks = []
+    for k in np.flatnonzero(bad).tolist():
+        joint = int(np.argmax(excess[k]))
+        kind = "off the path" if off[k] else "outside a limit" if outside[k] else "wrong elbow"
+        size = float(miss[k] if off[k] else excess[k, joint])
+        breaks.append(Break(k + 1, float(r[k]), kind, size, joint + 1 if kind == "outside a limit" else None))
+    for k in np.flatnonzero(jumps).tolist():
+        joint = int(np.argmax(steps[k]))
+        breaks.append(Break(k + 1, float(r[k]), _why(problem, r, q, k), float(steps[k, joint]), joint + 1))
+    breaks += [Break(int(k) + 1, float(r[k]), "too coarse", float(between[k])) for k in np.flatnonzero(coarse)]
+    return Connectivity(tuple(sorted(breaks, key=lambda found: found.row)), bad, jumps | coarse | ~good)
+
+
+def _why(problem: Problem, r: FloatArray, q: FloatArray, k: int) -> str:
+    """Return the kind of the break between rows k and k + 1, both of them postures of the problem."""
+    arm, step = problem.arm, q[k + 1] - q[k]
+    if np.abs(wrap(step)).max() < _BESIDES:
+        return "whole turn"
+    branches = arm.branch_of(q[k : k + 2])
+    if arm.n_u == 1:
+        structure = problem.structure
+        first, second = (
+            set(structure.sheet_at(r[j], float(arm.u_of(q[j])[0]), int(branches[j - k]), q=q[j])) for j in (k, k + 1)
+        )
+        onward = set().union(*(structure.reachable[sheet] for sheet in first)) if first else set()
+        if first and second and not onward & second:
+            return "another part"
+    at_fold = any(arm.is_on_branch(q[j], 0, _AT_FOLD) and arm.is_on_branch(q[j], 1, _AT_FOLD) for j in (k, k + 1))
+    return "changes branch" if branches[0] != branches[1] and not at_fold else "jumps"
