@@ -18,7 +18,7 @@ from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.angles import TAU, unwrap, wrap
 from selfmotion.arms import RedundantArm
 from selfmotion.domain.sweep import sweep
-from selfmotion.errors import NothingFeasibleError
+from selfmotion.errors import UnrepairableError
 from selfmotion.paths import Path
 from selfmotion.problem import Problem
 
@@ -41,6 +41,8 @@ _NEWTON = 30
 _HELD = 1e-9  # limit overrun allowed [rad]
 _ON_PATH = 1e-12  # of the reach
 
+PLAN_ANEW = "give more rows, or plan the motion anew"
+"""What to do where a repair fails for no provable reason."""
 End = tuple[float, FloatArray | None]
 """Path parameter, and posture (n,) or None for any."""
 
@@ -64,7 +66,7 @@ def bridge(problem: Problem, start: End, end: End, between: FloatArray) -> tuple
 
     Raises
     ------
-    NothingFeasibleError
+    UnrepairableError
         If no way was found.
     """
     arm, path = problem.arm, problem.path
@@ -85,11 +87,11 @@ def bridge(problem: Problem, start: End, end: End, between: FloatArray) -> tuple
             if not broken:
                 moved = np.concatenate([[True], (np.diff(r) > 0) | (np.abs(_steps(arm, q)).max(axis=1) > _SAME)])
                 return r[moved][inner], q[moved][inner]
-    raise NothingFeasibleError(
+    raise UnrepairableError(
         f"no way from r = {start[0]:.6g} to {end[0]:.6g} was found, although the self-motions are connected",
-        "give more rows there, or plan the motion anew",
-        1,
-        0.0,
+        PLAN_ANEW,
+        start[0],
+        proved=False,
     )
 
 

@@ -117,17 +117,18 @@ class InfeasibleError(SelfMotionError):
 
 
 class UnrepairableError(SelfMotionError):
-    """A sampled motion that no self-motion can make continuous.
+    """A sampled motion that could not be made continuous by self-motion.
 
     Parameters
     ----------
     message : str
-        Where the last connected part of the self-motion ends, and what ends it.
+        Where the last connected part of the self-motion ends and what ends it, or what was tried.
     remedy : str
     r : float
         The place.
     proved : bool
-        Whether limits wider by 1e-7 rad would not help either, so that rounding is not to blame.
+        Whether no continuous motion exists at all, not even with limits wider by 1e-7 rad, so that rounding is not to
+        blame. Without it nothing is proved.
     """
 
     def __init__(self, message: str, remedy: str, r: float, proved: bool) -> None:

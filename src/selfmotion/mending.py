@@ -20,9 +20,9 @@ from selfmotion._checks import number
 from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.angles import wrap
 from selfmotion.breaks import Break, connectivity
-from selfmotion.bridge import bridge, on_path, refined
+from selfmotion.bridge import PLAN_ANEW, bridge, on_path, refined
 from selfmotion.domain import DomainStructure
-from selfmotion.errors import NothingFeasibleError, UnrepairableError
+from selfmotion.errors import UnrepairableError
 from selfmotion.judgement import Judgement, Tolerances, checked_motion, judge, steps_allowed
 from selfmotion.problem import Posture, Problem
 
@@ -95,9 +95,8 @@ def repair(
     InvalidInputError
         If the arm has another degree of redundancy, or the motion is none; see :func:`connectivity`.
     UnrepairableError
-        If no continuous motion gets from the path's start to its end, with the place.
-    NothingFeasibleError
-        If the motion that was found does not pass :func:`judge`; this proves nothing.
+        If no continuous motion gets from the path's start to its end, with the place; or, and then it is not proved, if
+        none was found or what was found does not pass :func:`judge`.
     """
     allowed = tolerances or Tolerances()
     problem.arm.self_motion()  # refuses another degree of redundancy
@@ -117,12 +116,8 @@ def repair(
             break
     verdict = judge(problem, new_r, new_q, allowed)
     if not verdict.holds:
-        raise NothingFeasibleError(
-            f"the repaired motion does not hold: {verdict.failures[0]}",
-            "give more rows, or plan the motion anew",
-            1,
-            0.0,
-        )
+        failure = verdict.failures[0]
+        raise UnrepairableError(f"the repaired motion does not hold: {failure}", PLAN_ANEW, failure.r, proved=False)
     before = connectivity(problem, r, given, allowed).breaks
     return Repair(new_r, new_q, used & (q == given).all(axis=1), before, verdict)
 
