@@ -12,7 +12,7 @@ import json
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -73,6 +73,17 @@ class Case:
         return sm.angle_domain(self.arm, self.path)
 
     @cached_property
+    def eventful(self):
+        """Intervals that open, close and merge, bounded by limits of all joints."""
+        arm = sm.PlanarArm([7, 7, 4, 1.5], [(-2, 2), None, (-1.6, 1.6), (-1, 2.5)], direction=-np.pi / 3)
+        return sm.angle_domain(arm, sm.Circle([6, 4], 4))
+
+    @cached_property
+    def parted(self):
+        """Limits and folds, and no connection between start and end."""
+        return sm.angle_domain(sm.PlanarArm([1, 1, 1], [(-1.45, 1.45)] * 3), sm.Line([1.5, -2.5], [1.5, 2.5]))
+
+    @cached_property
     def curve(self):
         r = np.linspace(0, 1, 201)
         return {"this plan": (r, self.plan.u(r)[:, 0])}
@@ -105,6 +116,16 @@ DRAWINGS = {
     "joints": Drawing(plot.draw_joints, lambda case: (case.plan,)),
     "domain": Drawing(plot.draw_domain, lambda case: (case.domain, 0), ink=(0.2, 0.7)),
     "motion_in_domain": Drawing(plot.draw_domain, lambda case: (case.domain, 0, case.curve), ink=(0.2, 0.7)),
+    **{
+        f"domain_causes_{name}_{branch}": Drawing(
+            partial(plot.draw_domain, causes=True),
+            lambda case, name=name, branch=branch: (getattr(case, name), branch),
+            height=3.6,
+            ink=(0.1, 0.6),
+        )
+        for name in ("eventful", "parted")
+        for branch in (0, 1)
+    },
     "evolution": Drawing(plot.draw_evolution, lambda case: ({"PSO": case.searches["PSO"][0]},)),
     "evolution_quartiles": Drawing(plot.draw_evolution, lambda case: (case.searches, 1.0)),
     "spread": Drawing(plot.draw_spread, lambda case: ({"plain": case.ends, "shifted": case.ends},)),

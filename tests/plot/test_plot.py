@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 import selfmotion as sm
+from selfmotion.domain.strips import strips
 from selfmotion.plot import draw_domain, draw_evolution, draw_joints, draw_postures, figure, plan_figures
-from selfmotion.plot.domain import DomainOutline
+from selfmotion.plot.window import Window
 
 
 def test_the_same_plan_gives_the_same_bytes(seed_plan):
@@ -15,36 +16,73 @@ def test_the_same_plan_gives_the_same_bytes(seed_plan):
     assert all(first[name].startswith(b"\x89PNG") for name in first if name.endswith("png"))
 
 
+@pytest.fixture(scope="module")
+def eventful():
+    arm = sm.PlanarArm([7, 7, 4, 1.5], [(-2, 2), None, (-1.6, 1.6), (-1, 2.5)], direction=-np.pi / 3)
+    return sm.angle_domain(arm, sm.Circle([6, 4], 4))
+
+
+def filled(axes):
+    """The areas drawn, as polygons (k, 2)."""
+    return [path.vertices for area in axes.collections for path in area.get_paths()]
+
+
 def test_the_region_drawn_is_the_domain(seed_arm, seed_path):
     domain = sm.angle_domain(seed_arm, seed_path)
-    strips = DomainOutline(domain, 0).strips()
-    assert len(strips) == 1
-    for r, low, high in strips[0].rows[::100]:
-        np.testing.assert_allclose(domain(r, 0).intervals, [[low, high]], atol=1e-12)
+    with figure() as (_, (axes,)):
+        draw_domain(axes, domain, 0)
+        (polygon,) = filled(axes)
+        for r in polygon[::37, 0]:
+            u = polygon[polygon[:, 0] == r, 1]
+            np.testing.assert_allclose(domain(r, 0).intervals, [[u.min(), u.max()]], atol=1e-9)
+        assert len(axes.lines) == 2
 
 
-def test_area_of_a_region_that_splits_and_merges_is_that_of_its_intervals():
-    arm = sm.PlanarArm([7, 7, 4, 1.5], [(-2, 2), None, (-1.6, 1.6), (-1, 2.5)], direction=-np.pi / 3)
-    domain = sm.angle_domain(arm, sm.Circle([6, 4], 4))
-    for branch in (0, 1):
-        outline = DomainOutline(domain, branch, 2001)
-        assert any(not strip.low_edge for strip in outline.strips()) == (branch == 1)
-        drawn = sum(
-            np.trapezoid(strip.rows[:, 2] - strip.rows[:, 1], strip.rows[:, 0])
-            for strip in outline.strips()
-            if len(strip.rows) > 1
-        )
-        widths = [domain(r, branch).measure for r in outline.r]
-        assert drawn == pytest.approx(np.trapezoid(widths, outline.r), rel=5e-3)
+@pytest.mark.parametrize("causes", [False, True])
+@pytest.mark.parametrize("branch", [0, 1])
+def test_area_of_a_region_that_splits_and_merges_is_that_of_its_intervals(eventful, branch, causes):
+    with figure() as (_, (axes,)):
+        draw_domain(axes, eventful, branch, causes=causes)
+        drawn = 0.0
+        for x, y in (polygon.T for polygon in filled(axes)):
+            drawn += abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) / 2
+    r = np.linspace(0, 1, 2001)
+    assert drawn == pytest.approx(np.trapezoid([eventful(at, branch).measure for at in r], r), rel=2e-3)
 
 
 def test_a_domain_across_the_seam_is_drawn_in_one_piece():
     arm = sm.PlanarArm([30, 30, 20])
     domain = sm.angle_domain(arm, sm.Line([-60, 10], [-60, -10]))  # ψ passes ±π
-    outline = DomainOutline(domain, 0)
-    assert len(outline.strips()) == 1
-    u = outline.near(np.full(5, np.pi - 0.1))
-    assert abs(u[0] - outline.center) < np.pi
+    window = Window.around(strips(domain.structure, 0))
+    u = window.near(np.full(5, np.pi - 0.1))
+    assert abs(u[0] - window.center) < np.pi
+    with figure() as (_, (axes,)):
+        draw_domain(axes, domain, 0)
+        assert len(filled(axes)) == 1
+        assert all(np.isfinite(line.get_ydata()).all() for line in axes.lines)
+
+
+def test_what_crosses_the_seam_is_drawn_on_both_of_its_sides():
+    """The arm turns its whole domain once around while the path goes once around the base."""
+    domain = sm.angle_domain(sm.PlanarArm([30, 30, 20]), sm.Circle([0, 0], 60))
+    with figure() as (_, (axes,)):
+        draw_domain(axes, domain, 0)
+        assert len(filled(axes)) > 1
+        low, high = np.min([part[:, 1].min() for part in filled(axes)]), np.max([p[:, 1].max() for p in filled(axes)])
+        assert high - low == pytest.approx(2 * np.pi)
+        for line in axes.lines:
+            r, u = line.get_data()
+            assert np.nanmin(u) >= low - 1e-9
+            assert np.nanmax(u) <= high + 1e-9
+            gap = np.flatnonzero(np.isnan(u))
+            assert len(gap) == 1
+            np.testing.assert_allclose(u[gap - 1] - u[gap + 1], 2 * np.pi)
+            ends = [domain(float(at), 0).intervals.ravel() for at in r[np.isfinite(r)][::29]]
+            off = [
+                np.abs(np.exp(1j * e) - np.exp(1j * at)).min()
+                for e, at in zip(ends, u[np.isfinite(u)][::29], strict=True)
+            ]
+            assert max(off) < 1e-9
 
 
 def test_axes_show_what_was_computed(seed_plan):
@@ -82,17 +120,68 @@ def test_the_seam_of_the_window_is_no_boundary():
     domain = sm.angle_domain(sm.PlanarArm([1, 1, 0.5]), sm.Line([1.0, 0.1], [1.0, 0.5]))
     assert domain(0.5, 0).is_full
     with figure() as (_, (axes,)):
-        draw_domain(axes, domain, 0)
-        assert all(np.isnan(line.get_ydata()).all() for line in axes.lines if len(line.get_ydata()))
+        draw_domain(axes, domain, 0, causes=True)
+        assert not axes.lines
+        assert axes.get_legend() is None
+        assert np.ptp(filled(axes)[0][:, 1]) == pytest.approx(2 * np.pi)
 
 
-def test_where_a_region_opens_and_closes_it_is_closed():
-    arm = sm.PlanarArm([7, 7, 4, 1.5], [(-2, 2), None, (-1.6, 1.6), (-1, 2.5)], direction=-np.pi / 3)
-    outline = DomainOutline(sm.angle_domain(arm, sm.Circle([6, 4], 4)), 1, 801)
-    fronts = outline.fronts()
-    assert fronts
-    for r, low, high in fronts:
-        k = int(np.argmin(np.abs(outline.r - r)))
-        ends = outline.pieces[k].ravel()
-        assert np.abs(ends - low).min() < 1e-12
-        assert np.abs(ends - high).min() < 1e-12
+def test_a_joint_that_is_locked_leaves_a_curve():
+    domain = sm.angle_domain(sm.PlanarArm([30, 30, 20], [None, (1.0, 1.0), None]), sm.Line([50, -10], [60, 10]))
+    with figure() as (_, (axes,)):
+        draw_domain(axes, domain, 0, causes=True)
+        assert "single postures only" in axes.get_title()
+        for line in axes.lines:
+            r, u = line.get_data()
+            for at, value in zip(r[::16], u[::16], strict=True):
+                assert domain(float(at), 0).contains(value, 1e-9)
+
+
+@pytest.mark.parametrize("branch", [0, 1])
+def test_each_boundary_has_the_look_and_the_name_of_its_constraint(eventful, branch):
+    arm = eventful.self_motion
+    with figure() as (_, (axes,)):
+        draw_domain(axes, eventful, branch, causes=True)
+        by_look, looks = {}, {}
+        for line in axes.lines:
+            if line.get_linestyle() != "None":
+                look = line.get_color(), str(line._unscaled_dash_pattern)
+                by_look.setdefault(look, []).append(np.column_stack(line.get_data()))
+                if not line.get_label().startswith("_"):
+                    looks[look] = line.get_label()
+        assert set(by_look) == set(looks)
+        assert len(set(looks.values())) == len(looks)
+        limits = {
+            f"θ{j + 1} {side} limit": (j, value)
+            for side, bounds in (("lower", arm.limits.lower), ("upper", arm.limits.upper))
+            for j, value in enumerate(bounds)
+        }
+        for look, name in looks.items():
+            joint, value = limits[name]
+            points = np.vstack(by_look[look])
+            for r, u in points[np.isfinite(points).all(axis=1)][3::20]:
+                q, _ = arm.solve(arm.pose(eventful.path(np.array([r]))), [[u]], branch)
+                assert abs(np.exp(1j * q[0, 0, joint]) - np.exp(1j * value)) < 1e-5, (name, r, u)
+
+
+@pytest.mark.parametrize("branch", [0, 1])
+def test_each_event_has_its_mark(eventful, branch):
+    words = {"opens": "interval opens", "closes": "interval closes", "splits": "interval splits"}
+    words |= {"merges": "intervals merge"}
+    expected = {}
+    for event in eventful.structure.events:
+        if event.branch == branch and event.kind in words:
+            expected.setdefault(words[event.kind], []).append((event.r, event.u))
+    with figure() as (_, (axes,)):
+        draw_domain(axes, eventful, branch, causes=True)
+        marks = {
+            line.get_label(): np.column_stack(line.get_data()) for line in axes.lines if line.get_linestyle() == "None"
+        }
+        named = [text.get_text() for text in axes.get_legend().get_texts()]
+        assert set(marks) <= set(named)
+        assert len(named) == len(set(named))
+    components = {"component appears", "component dies"}
+    assert set(marks) - components == set(expected)
+    assert components <= set(marks)
+    for name, places in expected.items():
+        np.testing.assert_allclose(np.exp(1j * marks[name]), np.exp(1j * np.array(places)), atol=1e-12)

@@ -1,149 +1,39 @@
-"""The angle domain as a picture: feasible u against r."""
+"""The angle domain as a picture: feasible u against r, what bounds it, and what happens along the path."""
 
 from __future__ import annotations
 
-import itertools
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from selfmotion._types import FloatArray
-from selfmotion.angles import TAU, wrap
-from selfmotion.domain import AngleDomain
-from selfmotion.intervals import IntervalSet
+from selfmotion.arms import Cause
+from selfmotion.domain import AngleDomain, Event
+from selfmotion.domain.strips import strips
 from selfmotion.plot.style import COLORS, DASHES, INK, REGION
+from selfmotion.plot.window import Window
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from matplotlib.axes import Axes
 
-_SAMPLES = 801
-_BINS = 720
-
-
-_Rows = list[tuple[float, float, float]]
-
-
-class Strip(NamedTuple):
-    """A part of the region that is one interval wide.
-
-    Attributes
-    ----------
-    rows : array, shape (k, 3)
-        (r, lower, upper).
-    low_edge, high_edge : bool
-        Whether its lower and upper side bound the region.
-    """
-
-    rows: FloatArray
-    low_edge: bool = True
-    high_edge: bool = True
-
-
-class DomainOutline:
-    """The angle domain of one branch, cut open where it leaves a gap and ready to draw.
-
-    Parameters
-    ----------
-    domain : AngleDomain
-    branch : int
-    samples : int
-        Number of places along the path.
-
-    Attributes
-    ----------
-    r : array, shape (k,)
-    pieces : list of array
-        Per r the feasible intervals, shape (m, 2), as real numbers in one common window of width 2π.
-    center : float
-        Middle of that window.
-    """
-
-    def __init__(self, domain: AngleDomain, branch: int, samples: int = _SAMPLES) -> None:
-        self.r = domain.path.grid(samples - 1)
-        arcs = domain.sample(self.r)[branch]
-        sets = [arcs.interval_set(k) for k in range(len(self.r))]
-        self.center = _open_side(sets)
-        self.pieces = [
-            IntervalSet(part.intervals - self.center, TAU).pieces + self.center if part else np.empty((0, 2))
-            for part in sets
-        ]
-
-    def near(self, u: FloatArray) -> FloatArray:
-        """Return directions `u` moved by whole turns into the window, as one continuous curve."""
-        lifted = np.unwrap(u)
-        return np.asarray(lifted - TAU * np.rint((np.mean(lifted) - self.center) / TAU))
-
-    def strips(self) -> list[Strip]:
-        """Return the region as strips that neither split nor merge, and what joins them.
-
-        A strip goes on while its interval overlaps exactly one interval of the next sample and is the only one to
-        do so; single points belong to none. Where intervals split or merge, joining pieces bridge the two samples;
-        only their outer edges are edges of the region.
-        """
-        done: list[Strip] = []
-        running: list[_Rows] = []
-        for k, r in enumerate(self.r):
-            here = [(float(r), float(low), float(high)) for low, high in self.pieces[k] if high > low]
-            links = [[t for t in here if t[1] <= rows[-1][2] and rows[-1][1] <= t[2]] for rows in running]
-            following: list[_Rows] = []
-            continued = []
-            for rows, matches in zip(running, links, strict=True):
-                if len(matches) == 1 and sum(matches[0] in other for other in links) == 1:
-                    following.append([*rows, matches[0]])
-                    continued.append(matches[0])
-                    continue
-                done.append(Strip(np.array(rows)))
-                for match in matches:
-                    sources = [other[-1] for other, found in zip(running, links, strict=True) if match in found]
-                    lowest = rows[-1] == min(sources) and match == min(matches)
-                    highest = rows[-1] == max(sources) and match == max(matches)
-                    done.append(Strip(np.array([rows[-1], match]), lowest, highest))
-            following += [[piece] for piece in here if piece not in continued]
-            running = following
-        return done + [Strip(np.array(rows)) for rows in running]
-
-    def fronts(self) -> list[tuple[float, float, float]]:
-        """Return the edges across u as (r, lower, upper): where intervals open, close, split or merge."""
-        found = []
-        for k in range(len(self.r) - 1):
-            for at, beyond, r in ((k, k + 1, self.r[k]), (k + 1, k, self.r[k + 1])):
-                for low, high in self.pieces[at]:
-                    near = [piece for piece in self.pieces[beyond] if piece[0] <= high and low <= piece[1]]
-                    if not near:
-                        found.append((r, low, high))
-                    found += [(self.r[beyond], a[1], b[0]) for a, b in itertools.pairwise(near)]
-        return [(float(r), float(low), float(high)) for r, low, high in found if high > low]
-
-    def open_edge(self, u: FloatArray) -> FloatArray:
-        """Return `u`, NaN where it is only the seam at which the window is cut and no end of an interval."""
-        return np.where(np.abs(np.abs(u - self.center) - np.pi) < 1e-9, np.nan, u)
-
-    def points(self) -> FloatArray:
-        """Return where a single posture is feasible, such as a fold, as rows (r, u)."""
-        columns = zip(self.r, self.pieces, strict=True)
-        found = [(r, low) for r, pieces in columns for low, high in pieces if low == high]
-        return np.array(found).reshape(-1, 2)
-
-
-def _open_side(sets: list[IntervalSet]) -> float:
-    """Return the window centre that puts the seam where fewest of `sets` reach."""
-    middles = (np.arange(_BINS) + 0.5) / _BINS * TAU - np.pi
-    cover = np.sum([part.contains(middles) for part in sets if part], axis=0)
-    if not np.any(cover):
-        return 0.0
-    lowest = cover == cover.min()
-    if lowest.all():
-        return 0.0
-    # The middle of the longest run of least cover, on the circle.
-    doubled = np.concatenate([lowest, lowest])
-    ends = np.flatnonzero(np.diff(np.concatenate([[0], doubled.astype(int), [0]])))
-    starts, stops = ends[::2], ends[1::2]
-    longest = int(np.argmax(stops - starts))
-    seam = middles[((starts[longest] + stops[longest]) // 2) % _BINS]
-    center = seam + np.pi
-    return float(wrap(center))
+_BELOW = -0.42  # where the legend begins, below the axes [inch]
+_SMALL, _LARGE = 3.5, 7.5
+_HOLLOW: dict[str, Any] = {"markerfacecolor": "white", "markersize": _SMALL}
+_FULL: dict[str, Any] = {"markerfacecolor": INK, "markersize": _SMALL}
+_RING: dict[str, Any] = {"markerfacecolor": "none", "markersize": _LARGE}
+_MARKS: dict[str, tuple[str, dict[str, Any]]] = {
+    "opens": ("interval opens", {"marker": "<", **_HOLLOW}),
+    "closes": ("interval closes", {"marker": ">", **_HOLLOW}),
+    "splits": ("interval splits", {"marker": "<", **_FULL}),
+    "merges": ("intervals merge", {"marker": ">", **_FULL}),
+    "component appears": ("component appears", {"marker": "o", **_RING}),
+    "component dies": ("component dies", {"marker": "s", **_RING}),
+    "singular": ("joint free", {"marker": "*", "markerfacecolor": "white", "markersize": 6.0}),
+}
+"""Marks of events by kind, with their name; a triangle points left where something begins and right where it ends: a
+hollow one an interval, a full one a gap."""
 
 
 def draw_domain(
@@ -151,8 +41,9 @@ def draw_domain(
     domain: AngleDomain,
     branch: int,
     curves: Mapping[str, tuple[FloatArray, FloatArray]] | None = None,
+    causes: bool = False,
 ) -> None:
-    """Draw the angle domain of one branch, and motions through it (the seed's Fig. 6b and 10b).
+    """Draw the angle domain of one branch, and motions through it (Fig. 6b and 10b).
 
     Parameters
     ----------
@@ -161,32 +52,93 @@ def draw_domain(
     branch : int
     curves : mapping, optional
         Label to (r, u), both of shape (k,).
+    causes : bool
+        Whether to tell what bounds the domain and what happens along the path. A limit has its joint's colour, a lower
+        one long dashes and an upper one short dashes, with one dot fewer between them than its joint's number. Folds
+        are solid; where a limit coincides with one, the limit is shown.
     """
-    outline = DomainOutline(domain, branch)
-    strips = outline.strips()
-    for strip in strips:
-        r, low, high = strip.rows.T
-        axes.fill_between(r, low, high, color=REGION, linewidth=0.3)
-        for edge, shown in ((low, strip.low_edge), (high, strip.high_edge)):
-            if shown:
-                axes.plot(r, outline.open_edge(edge), color=INK, linewidth=0.8)
-    for r, low, high in outline.fronts():
-        axes.plot([r, r], [low, high], color=INK, linewidth=0.8)
-    points = outline.points()
-    axes.plot(points[:, 0], points[:, 1], ".", color=INK, markersize=1.2, markeredgewidth=0)
-    values = [strip.rows[:, 1:] for strip in strips] + [points[:, 1]]
+    shown = strips(domain.structure, branch)
+    window = Window.around(shown)
+    values = [np.array([-np.pi, np.pi])] if not shown else []
+    for strip in shown:
+        for low, high in window.copies(strip):
+            values += [low, high]
+            if (high > low).any():
+                axes.fill_between(strip.r, low, high, where=high > low, color=REGION, linewidth=0.3)
+    boundary = window.boundary(shown)
+    if causes:
+        _draw_causes(axes, boundary)
+        _draw_events(axes, domain.structure.events, branch, window)
+    else:
+        for _, r, u in boundary:
+            axes.plot(r, u, color=INK, linewidth=0.8)
     for k, (label, (r, u)) in enumerate((curves or {}).items()):
-        near = outline.near(u)
+        near = window.near(u)
         values.append(near)
         axes.plot(r, near, color=COLORS[k % len(COLORS)], linestyle=DASHES[k % len(DASHES)], label=label)
-    extent = np.concatenate([np.ravel(part) for part in values])
-    low, high = (extent.min(), extent.max()) if len(extent) else (-np.pi, np.pi)
-    margin = 0.06 * max(high - low, 1e-3)
+    extent = np.concatenate(values)
+    margin = 0.06 * max(float(np.ptp(extent)), 1e-3)
     axes.set_xlim(0.0, 1.0)
-    axes.set_ylim(low - margin, high + margin)
+    axes.set_ylim(extent.min() - margin, extent.max() + margin)
     axes.set_xlabel("path parameter r")
     axes.set_ylabel("redundancy parameter u [rad]")
-    remark = "" if strips else ": single postures only" if len(points) else ": empty"
+    remark = ": empty" if not shown else "" if axes.collections else ": single postures only"
     axes.set_title(f"angle domain, {domain.self_motion.branches[branch]} elbow{remark}")
-    if curves:
+    if causes:
+        _legend_below(axes)
+    elif curves:
         axes.legend(loc="best", handlelength=3)
+
+
+def _draw_causes(axes: Axes, boundary: Sequence[tuple[tuple[Cause, ...], FloatArray, FloatArray]]) -> None:
+    """Draw each part of the boundary in the look of its constraint, and name each constraint once."""
+    curves: dict[Cause, list[tuple[FloatArray, FloatArray]]] = {}
+    for causes, r, u in boundary:
+        curves.setdefault(min(causes, key=_order), []).append((r, u))
+    for cause in sorted(curves, key=_order):
+        label: str | None = str(cause) if cause.kind == "fold" else f"θ{cause.joint + 1} {cause.kind}"
+        for r, u in curves[cause]:
+            axes.plot(r, u, label=label, **_look(cause))
+            label = None
+
+
+def _order(cause: Cause) -> tuple[bool, int, str, float]:
+    return cause.kind == "fold", cause.joint, cause.kind, cause.value
+
+
+def _look(cause: Cause) -> dict[str, Any]:
+    if cause.kind == "fold":
+        return {"color": INK, "linewidth": 0.6 if cause.value else 1.2}
+    dash = 5.0 if cause.kind == "lower limit" else 2.0
+    return {"color": COLORS[cause.joint % len(COLORS)], "linestyle": (0, (dash, 1.2, *(1.0, 1.2) * cause.joint))}
+
+
+def _draw_events(axes: Axes, events: Sequence[Event], branch: int, window: Window) -> None:
+    """Mark what happens on a branch; parts of several branches are marked where something happens on this one."""
+    here = {(event.r, event.u) for event in events if event.branch == branch}
+    mine = [
+        event
+        for event in events
+        if event.branch == branch or (event.branch is None and (event.kind == "singular" or (event.r, event.u) in here))
+    ]
+    for kind, (name, look) in _MARKS.items():
+        places = np.array([(event.r, event.u) for event in mine if event.kind == kind])
+        if len(places):
+            u = window.wrapped(places[:, 1])
+            axes.plot(
+                places[:, 0], u, linestyle="none", color=INK, markeredgewidth=0.7, label=name, clip_on=False, zorder=4,
+                **look,
+            )  # fmt: skip
+
+
+def _legend_below(axes: Axes) -> None:
+    """Name lines and marks below the axis label."""
+    from matplotlib.transforms import ScaledTranslation
+
+    handles, labels = axes.get_legend_handles_labels()
+    if handles:
+        below = axes.transAxes + ScaledTranslation(0.0, _BELOW, axes.figure.dpi_scale_trans)
+        axes.legend(
+            handles, labels, loc="upper center", bbox_to_anchor=(0.43, 0.0), bbox_transform=below, ncols=3,
+            handlelength=2.3, columnspacing=0.8, handletextpad=0.4, borderaxespad=0.0,
+        )  # fmt: skip
