@@ -107,6 +107,61 @@ def test_domain_writes_the_picture_and_its_data(run, seed_file, tmp_path):
     np.testing.assert_allclose(data["u"]["positive"][0], [[-2.06678, 1.67199]], atol=1e-5)
 
 
+PARTED = {
+    "arm": {"kind": "planar", "links": [1, 1, 1], "limits": [[-1.45, 1.45]] * 3},
+    "path": {"kind": "line", "start": [1.5, -2.5], "end": [1.5, 2.5]},
+    "samples": 20,
+    "planner": None,
+}
+
+
+def test_domain_says_what_happens_along_the_path(run, seed_file, tmp_path):
+    code, out, _ = run("domain", seed_file(**PARTED), "--out", str(tmp_path / "d"))
+    assert code == 0
+    lines = out.splitlines()
+    data = read((tmp_path / "d" / "domain.json").read_text())
+    assert f"{len(data['events'])} events, 2 connected parts" in lines
+    assert sum(line.startswith("r = ") for line in lines) == len(data["events"]) == 38
+    assert "radii: R_max = 3 (9), R*_min = 1.73205 (10), co-regular 1, 1, 1" in lines
+    assert lines[-1].startswith(
+        "a continuous motion from r = 0 to r = 1 exists: no, the last connected part dies at r = "
+    )
+    assert lines[-1].endswith(f"{data['dead_end']['r']:.10f}, because of upper limit of θ1 and lower limit of θ3")
+    assert data["components"] == len({sheet["component"] for sheet in data["sheets"]}) == 2
+    assert data["connected"] is False
+    for event in data["events"]:
+        assert event["branch"] in ("positive", "negative", None)
+        assert all(cause["joint"] in (1, 2, 3) for cause in event["causes"] + event["instead_of"])
+        assert all(cause["value"] in (-1.45, 1.45) for cause in event["causes"] if cause["kind"] != "fold")
+    dying = [event for event in data["events"] if event["kind"] == "component dies"]
+    assert max(event["r"] for event in dying) == data["dead_end"]["r"]
+    code, out, _ = run("domain", seed_file(**PARTED), "--out", str(tmp_path / "d"), "--json")
+    assert code == 0
+    assert read(out)["events"] == data["events"]
+
+
+def test_domain_of_one_elbow_tells_of_that_elbow_only(run, seed_file, tmp_path):
+    assert run("domain", seed_file(**PARTED, elbow="positive"), "--out", str(tmp_path / "d"))[0] == 0
+    events = read((tmp_path / "d" / "domain.json").read_text())["events"]
+    assert {event["branch"] for event in events} == {"positive", None}
+
+
+def test_domain_prints_forty_events_and_where_the_others_are(run, seed_file, tmp_path):
+    limits = [[-0.6, 1.2], [-1.5, 1.5], [-1.5, 1.5]]
+    arm = {"kind": "planar", "links": [30, 30, 20], "limits": limits}
+    _, out, _ = run("domain", seed_file(arm=arm, samples=20, planner=None), "--out", str(tmp_path / "d"))
+    total = len(read((tmp_path / "d" / "domain.json").read_text())["events"])
+    assert sum(line.startswith("r = ") for line in out.splitlines()) == 40
+    assert f"… and {total - 40} more, see domain.json" in out
+    assert out.splitlines()[-1] == "a continuous motion from r = 0 to r = 1 exists: yes"
+
+
+def test_domain_of_a_path_that_starts_where_nothing_is_feasible(run, seed_file, tmp_path):
+    path = {"kind": "line", "start": [90, 0], "end": [50, 10]}
+    _, out, _ = run("domain", seed_file(path=path, samples=20, planner=None), "--out", str(tmp_path / "d"))
+    assert out.splitlines()[-1].endswith("exists: no, nothing is feasible at r = 0")
+
+
 def test_a_partly_unreachable_path_is_3_with_the_intervals(run, seed_file):
     arm = {"kind": "planar", "links": [1, 1, 1], "limits": [[-2, 2]] * 3}
     path = {"kind": "line", "start": [1.5, -3], "end": [1.5, 3.5]}

@@ -96,9 +96,10 @@ def domain(
     as_json: JsonOption = False,
     force: ForceOption = False,
 ) -> None:
-    """Draw the angle domain: every feasible posture along the path, per elbow."""
-    from selfmotion.domain import angle_domain, blocked_stretches
-    from selfmotion.exchange import OutputFolder, load_problem
+    """Draw the angle domain: every feasible posture along the path, per elbow, and say what happens to it."""
+    from selfmotion.arms import PlanarArm
+    from selfmotion.domain import AngleDomain, blocked_stretches
+    from selfmotion.exchange import OutputFolder, load_problem, structure_lines, structure_object
     from selfmotion.plot import draw_domain, figure, image_files
 
     case, _ = load_problem(problem)
@@ -106,24 +107,32 @@ def domain(
     names = ["domain.png", "domain.svg", "domain.json"]
     folder.check(names)
     try:
-        feasible = angle_domain(case.arm, case.path)
+        feasible = AngleDomain(case.arm.self_motion(), case.path, case.elbow_branches)
     except InvalidInputError as error:
         raise error.inside(source=problem) from None
+    structure = feasible.structure
+    radii = case.arm.radii() if isinstance(case.arm, PlanarArm) else None
     blocked = blocked_stretches(case.arm, case.path, case.samples, case.elbow_branches)
     sampled = feasible.sample(case.rows)
     elbows = {
         case.arm.branches[branch]: [sampled[branch].interval_set(k).intervals.tolist() for k in range(len(case.rows))]
         for branch in case.elbow_branches
     }
-    with figure(width=3.5 * len(elbows), columns=len(elbows)) as (canvas, axes):
+    with figure(width=3.5 * len(elbows), height=3.6, columns=len(elbows)) as (canvas, axes):
         for branch, one in zip(case.elbow_branches, axes, strict=True):
-            draw_domain(one, feasible, branch)
+            draw_domain(one, feasible, branch, causes=True)
         files = image_files("domain", canvas)
-    result = {"status": "drawn", "blocked": [_blocked(part) for part in blocked] or None, "version": __version__}
+    result = {
+        "status": "drawn",
+        "blocked": [_blocked(part) for part in blocked] or None,
+        **structure_object(structure, radii),
+        "version": __version__,
+    }
     files["domain.json"] = _json({**result, "r": case.rows.tolist(), "u": elbows}).encode()
     folder.write(files)
     lines = [f"angle domain with {' and '.join(elbows)} elbow at {len(case.rows)} places, written to {out}"]
     lines += [f"nothing is feasible for r in [{part.r[0]:.6g}, {part.r[1]:.6g}]: {part.cause}" for part in blocked]
+    lines += structure_lines(structure, radii, "domain.json")
     _say(_json(result) if as_json else "\n".join(lines))
 
 

@@ -33,6 +33,8 @@ class AngleDomain:
     self_motion : SelfMotion
         The arm's one redundant degree.
     path : Path
+    branches : sequence of int, optional
+        Branches that a motion may use, which decide what is connected; all by default.
 
     Notes
     -----
@@ -40,9 +42,10 @@ class AngleDomain:
     limit cuts it further, and both elbow branches have their own.
     """
 
-    def __init__(self, self_motion: SelfMotion, path: Path) -> None:
+    def __init__(self, self_motion: SelfMotion, path: Path, branches: Sequence[int] | None = None) -> None:
         self.self_motion = self_motion
         self.path = path
+        self.branches = branches
 
     def __call__(self, r: float, branch: int | str = 0) -> IntervalSet:
         """Return the feasible parameters at one point of the path.
@@ -70,7 +73,7 @@ class AngleDomain:
     @cached_property
     def structure(self) -> DomainStructure:
         """Events along the path, and the connected parts of the domain."""
-        return DomainStructure(self.self_motion, self.path)
+        return DomainStructure(self.self_motion, self.path, self.branches)
 
     def sample(self, r: ArrayLike, slack: float = 0.0) -> tuple[FeasibleArcs, ...]:
         """Return the feasible arcs at path parameters `r`, shape (k,), per branch; for `slack` see `feasible_arcs`."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from selfmotion._types import FloatArray
 from selfmotion.angles import TAU, wrap
-from selfmotion.arms import FreeJoint, SelfMotion
+from selfmotion.arms import Cause, FreeJoint, SelfMotion
 from selfmotion.domain.crossings import crossings
 from selfmotion.domain.events import Change, Event, changes, joined
 from selfmotion.domain.fibre import Fibre, Name, fibres
@@ -171,6 +171,16 @@ class DomainStructure:
         """Whether some sheet at r = 0 leads on to r = 1."""
         last = {k for k, sheet in enumerate(self.sheets) if sheet.r[1] >= 1.0}
         return any(last & self.reachable[k] for k, sheet in enumerate(self.sheets) if sheet.r[0] <= 0.0)
+
+    @property
+    def dead_end(self) -> tuple[float, tuple[Cause, ...]] | None:
+        """Where the last part that leads on from r = 0 dies, and why; None if it leads to r = 1."""
+        if self.is_connected:
+            return None
+        first = [k for k, sheet in enumerate(self.sheets) if sheet.r[0] <= 0.0]
+        r = max((self.sheets[j].r[1] for k in first for j in self.reachable[k]), default=0.0)
+        dying = [event.causes for event in self.events if event.r == r and event.kind == _ENDINGS[0]]
+        return r, tuple(dict.fromkeys(chain.from_iterable(dying)))
 
     def _all_events(self) -> tuple[Event, ...]:
         events: list[Event] = []

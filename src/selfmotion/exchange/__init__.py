@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from selfmotion.exchange.files import OutputFolder, read_text
 from selfmotion.exchange.problem_file import ProblemFile, load_problem, problem_from
+from selfmotion.exchange.structure import structure_lines, structure_object
 from selfmotion.exchange.trajectory import Trajectory, motion_csv, read_trajectory, trajectory_csv
 
 __all__ = [
@@ -15,5 +16,7 @@ __all__ = [
     "problem_from",
     "read_text",
     "read_trajectory",
+    "structure_lines",
+    "structure_object",
     "trajectory_csv",
 ]

@@ -1,0 +1,78 @@
+"""The structure of an angle domain as plain data and as lines for people."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from typing import Any
+
+from selfmotion.arms import Cause, Radii
+from selfmotion.domain import DomainStructure, Event
+
+_MOST_LINES = 40
+
+
+def structure_object(structure: DomainStructure, radii: Radii | None) -> dict[str, Any]:
+    """Return a structure and the arm's radii as what JSON knows; joints count from 1, unknown values are None."""
+    branches, dead_end = structure.self_motion.branches, structure.dead_end
+    return {
+        "connected": structure.is_connected,
+        "dead_end": None if dead_end is None else {"r": dead_end[0], "causes": _causes(dead_end[1])},
+        "components": structure.n_components,
+        "events": [_event(event, branches) for event in structure.events],
+        "sheets": [asdict(sheet) for sheet in structure.sheets],
+        "radii": None if radii is None else _radii(radii),
+    }
+
+
+def structure_lines(structure: DomainStructure, radii: Radii | None, file: str) -> list[str]:
+    """Return radii, events and whether the ends are connected as lines of text; `file` has what is left out."""
+    events = [event.text(structure.self_motion.branches) for event in structure.events]
+    more = [f"… and {len(events) - _MOST_LINES} more, see {file}"] if len(events) > _MOST_LINES else []
+    return [
+        *([] if radii is None else [_radii_line(radii)]),
+        f"{len(events)} events, {structure.n_components} connected parts",
+        *events[:_MOST_LINES],
+        *more,
+        f"a continuous motion from r = 0 to r = 1 exists: {_connection(structure)}",
+    ]
+
+
+def _radii(radii: Radii) -> dict[str, Any]:
+    return {
+        "center": radii.center.tolist(),
+        "outer": radii.outer,
+        "nearest": None if math.isnan(radii.nearest) else radii.nearest,
+        "coregular": list(radii.coregular),
+    }
+
+
+def _radii_line(radii: Radii) -> str:
+    nearest = "none" if math.isnan(radii.nearest) else f"{radii.nearest:.6g}"
+    coregular = ", ".join(f"{rho:.6g}" for rho in radii.coregular)
+    return f"radii: R_max = {radii.outer:.6g} (9), R*_min = {nearest} (10), co-regular {coregular}"
+
+
+def _connection(structure: DomainStructure) -> str:
+    if (dead_end := structure.dead_end) is None:
+        return "yes"
+    r, causes = dead_end
+    if r <= 0.0:
+        return "no, nothing is feasible at r = 0"
+    why = f", because of {' and '.join(map(str, causes))}" if causes else ""
+    return f"no, the last connected part dies at r = {r:.10f}{why}"
+
+
+def _event(event: Event, branches: tuple[str, ...]) -> dict[str, Any]:
+    return {
+        "r": event.r,
+        "kind": event.kind,
+        "u": event.u,
+        "branch": None if event.branch is None else branches[event.branch],
+        "causes": _causes(event.causes),
+        "instead_of": _causes(event.instead_of),
+    }
+
+
+def _causes(causes: tuple[Cause, ...]) -> list[dict[str, Any]]:
+    return [{"kind": cause.kind, "joint": cause.joint + 1, "value": cause.value} for cause in causes]
