@@ -1,11 +1,12 @@
-"""Sphinx configuration; tables of parts and flow charts are generated from the code at every build."""
+"""Sphinx configuration; tables of parts, figures and examples are generated from the code at every build."""
 
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from figures import write_flows
+from example_runs import write_examples
+from figures import write_flows, write_ten_minutes
 from tables import write_schema, write_tables
 
 import selfmotion
@@ -24,6 +25,8 @@ source_suffix = {".md": "markdown"}
 exclude_patterns = ["_build", "_generated"]
 html_theme = "furo"
 html_title = f"selfmotion {release}"
+html_static_path = ["_static"]
+html_css_files = ["output.css"]
 html_extra_path = ["_generated/problem.schema.json"]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
@@ -39,3 +42,5 @@ suppress_warnings = ["ref.python"]
 write_tables(Path(__file__).parent / "_generated")
 write_schema(Path(__file__).parent / "_generated")
 write_flows(Path(__file__).parent / "_generated")
+write_ten_minutes(Path(__file__).parent / "_generated")
+write_examples(Path(__file__).parent / "_generated")

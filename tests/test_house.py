@@ -1,5 +1,6 @@
 """The shape of the house: what is public, what it costs to import, and that every part is documented."""
 
+import ast
 import inspect
 import subprocess
 import sys
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import selfmotion as sm
+from selfmotion import plot
 from selfmotion.arms import ARMS
 from selfmotion.objectives import OBJECTIVES
 from selfmotion.optimizers import OPTIMIZERS
@@ -76,10 +78,29 @@ EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)
-def test_every_example_runs(example):
-    done = subprocess.run([sys.executable, str(example)], capture_output=True, text=True, check=False)
+def test_every_example_runs_and_leaves_its_picture(example, tmp_path):
+    done = subprocess.run([sys.executable, str(example), str(tmp_path)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout
+    assert [file.name for file in tmp_path.iterdir()] == [f"{example.stem}.png"]
+    assert (tmp_path / f"{example.stem}.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)
+def test_every_example_imports_public_names_only(example):
+    tree = ast.parse(example.read_text(encoding="utf-8"))
+    used = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and is_name(node.value, "sm")}
+    drawn = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and is_name(node.value, "plot")}
+    imported = {
+        node.module: [name.name for name in node.names] for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)
+    }
+    assert used <= set(sm.__all__)
+    assert drawn <= set(plot.__all__)
+    assert imported == {"pathlib": ["Path"], "selfmotion": ["plot"]}
+
+
+def is_name(node, name):
+    return isinstance(node, ast.Name) and node.id == name
 
 
 @pytest.mark.parametrize("problem", sorted(EXAMPLES[0].parent.glob("*.yaml")), ids=lambda path: path.name)
