@@ -46,7 +46,13 @@ def test_one_figure_alone_is_that_of_the_whole_report(files, study, name):
 
 @pytest.mark.parametrize(
     ("name", "needs"),
-    [("fig10a_path", set()), ("fig12a_joints", {"plans"}), ("fig11_evolution", {"runs"}), ("seeds_spread", {"runs"})],
+    [
+        ("fig10a_path", set()),
+        ("domain_causes", set()),
+        ("fig12a_joints", {"plans"}),
+        ("fig11_evolution", {"runs"}),
+        ("seeds_spread", {"runs"}),
+    ],
 )
 def test_one_figure_runs_only_what_it_needs(monkeypatch, study, name, needs):
     ran = set()

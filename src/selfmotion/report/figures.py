@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from selfmotion import plot
+from selfmotion.arms import PlanarArm
+from selfmotion.domain import angle_domain
 from selfmotion.errors import InvalidInputError
 from selfmotion.plot.style import COLUMN
 from selfmotion.report import seed_study
@@ -69,6 +71,40 @@ def chosen(only: Iterable[str] = ()) -> list[ReportFigure]:
         if name not in FIGURES:
             raise InvalidInputError("--only", "is no figure of the report", f"one of {', '.join(FIGURES)}", name)
     return [FIGURES[name] for name in names or FIGURES]
+
+
+def _workspace(study: Study, axes: Axes) -> None:
+    free = study.free
+    assert isinstance(free.arm, PlanarArm)
+    plot.draw_workspace(axes, free.arm, free.path)
+
+
+def _extremes(study: Study, axes: Axes) -> None:
+    plot.draw_extreme_postures(axes, study.free)
+
+
+def _interval(study: Study, axes: Axes) -> None:
+    plot.draw_posture_interval(axes, study.free)
+
+
+def _sweep(branch: int) -> Callable[[Study, Axes], None]:
+    def draw(study: Study, axes: Axes) -> None:
+        plot.draw_sweep(axes, study.free, branch=branch)
+
+    return draw
+
+
+def _free_path(study: Study, axes: Axes) -> None:
+    plot.draw_path(axes, study.free)
+
+
+def _free_domain(study: Study, axes: Axes) -> None:
+    plot.draw_domain(axes, angle_domain(study.free.arm, study.free.path), 0)
+
+
+def _causes(study: Study, *panels: Axes) -> None:
+    for branch, axes in enumerate(panels):
+        plot.draw_domain(axes, study.limited, branch, causes=True)
 
 
 def _path(study: Study, axes: Axes) -> None:
@@ -135,6 +171,74 @@ def _spread(study: Study, axes: Axes) -> None:
 FIGURES = {
     entry.name: entry
     for entry in (
+        ReportFigure(
+            "fig3_workspace",
+            "Fig. 3",
+            "The nearest maximum reachable workspace (shaded), the co-regular circles (dashed), and the path.",
+            "Circles around the base: the rim of the reach, the inner rim of the shaded ring, dashed ones inside it",
+            _workspace,
+            height=2.8,
+        ),
+        ReportFigure(
+            "fig4_extremes",
+            "Fig. 4",
+            "The maximum posture A and the minimum posture B of the arm without limits at the start of the path, and "
+            "the angles from which they follow.",
+            "Two postures of the arm that reach the same point, stretched to either side, with their angles marked",
+            _extremes,
+            height=3.2,
+        ),
+        ReportFigure(
+            "fig5a_interval",
+            "Fig. 5a",
+            "Joint angles of both elbows over the whole feasible interval at the start of the path.",
+            "Joint angles against the direction of the last link; the curves of the two elbows meet at both ends",
+            _interval,
+        ),
+        ReportFigure(
+            "fig5b_sweep",
+            "Fig. 5b",
+            "Postures of the positive elbow at the start of the path, from the minimum (light) to the maximum (dark).",
+            "A fan of postures of the arm that all reach the same point",
+            _sweep(0),
+            height=3.0,
+        ),
+        ReportFigure(
+            "fig5c_sweep",
+            "Fig. 5c",
+            "The same for the negative elbow.",
+            "A fan of postures of the arm that all reach the same point, its elbow on the other side",
+            _sweep(1),
+            height=3.0,
+        ),
+        ReportFigure(
+            "fig6a_path",
+            "Fig. 6a",
+            "A path of the tool.",
+            "A smooth curve in the plane that crosses itself once and forms a loop, its start and end marked",
+            _free_path,
+            height=2.8,
+        ),
+        ReportFigure(
+            "fig6b_domain",
+            "Fig. 6b",
+            "The angle domain of the arm without limits along this path. Both elbows have the same: folds bound it.",
+            "A region between two smooth lines, the least and the largest direction of the last link along the path",
+            _free_domain,
+        ),
+        ReportFigure(
+            "domain_causes",
+            "",
+            "The angle domain of the same arm and path with limits of our own, {limited[limits]}, and what bounds it. "
+            "The path has {limited[events]} events: {limited[kinds]}. With both elbows its start and end are "
+            "{limited[connected]}; connected parts: {limited[components]}.",
+            "For each elbow a region cut by limits, every part of its boundary in its own colour and dash, with marks "
+            "where parts open, close, split and merge",
+            _causes,
+            width=2 * COLUMN,
+            height=3.7,
+            columns=2,
+        ),
         ReportFigure(
             "fig10a_path",
             "Fig. 10a",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+from collections import Counter
 from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any
@@ -11,6 +12,9 @@ from typing import Any
 import numpy as np
 
 from selfmotion._version import __version__
+from selfmotion.arms import JointLimits
+from selfmotion.domain import AngleDomain
+from selfmotion.domain.events import WORDS
 from selfmotion.report import seed_runs, seed_study
 from selfmotion.report.study import Study
 
@@ -30,12 +34,9 @@ def results_of(study: Study) -> dict[str, Any]:
         "arm": {
             "links": ", ".join(f"{length:g}" for length in arm.links),
             "reach": arm.reach,
-            "limits": ", ".join(
-                f"{low:.4g} ≤ θ{joint + 1} ≤ {high:.4g}"
-                for joint, (low, high) in enumerate(zip(arm.limits.lower, arm.limits.upper, strict=True))
-                if arm.limits.limited[joint]
-            ),
+            "limits": _limits(arm.limits),
         },
+        "limited": _structure(study.limited),
         "offset": seed_study.OFFSET,
         "amplitude": seed_study.AMPLITUDE,
         "low": seed_study.BOUNDS[0],
@@ -63,6 +64,24 @@ def results_of(study: Study) -> dict[str, Any]:
             "python": platform.python_version(),
         },
         "versions": {name: version(name) for name in PACKAGES} | {"selfmotion": __version__},
+    }
+
+
+def _limits(limits: JointLimits) -> str:
+    bounds = enumerate(zip(limits.lower, limits.upper, strict=True))
+    return ", ".join(f"{low:.4g} ≤ θ{joint + 1} ≤ {high:.4g}" for joint, (low, high) in bounds if limits.limited[joint])
+
+
+def _structure(domain: AngleDomain) -> dict[str, Any]:
+    """Return what happens to an angle domain along its path."""
+    structure = domain.structure
+    kinds = Counter(event.kind for event in structure.events)
+    return {
+        "limits": _limits(domain.self_motion.limits),
+        "events": len(structure.events),
+        "kinds": ", ".join(f"{WORDS[kind]} ({kinds[kind]})" for kind in WORDS if kinds[kind]),
+        "components": structure.n_components,
+        "connected": "connected" if structure.is_connected else "not connected",
     }
 
 

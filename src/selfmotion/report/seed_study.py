@@ -63,6 +63,16 @@ def problem() -> Problem:
     return Problem(arm(), path, samples=SAMPLES)
 
 
+def free_problem() -> Problem:
+    """Return the arm without limits on the same path, as sections II and IV look at it."""
+    return Problem(PlanarArm(arm().links), problem().path, samples=SAMPLES)
+
+
+def limited_problem() -> Problem:
+    """Return the arm with limits of our own on the same path: few, and enough for most kinds of events."""
+    return Problem(PlanarArm(arm().links, [(-0.5, 0.8), (-1.0, 2.0), (-2.0, 0.9)]), problem().path, samples=SAMPLES)
+
+
 def optimizers(seed: int, bounds: tuple[float, float] = BOUNDS) -> dict[str, Optimizer]:
     """Return the optimizers of `COMPARED`, by label, at equal budgets."""
     budget = {"population": POPULATION, "iterations": ITERATIONS, "bounds": bounds, "seed": seed}

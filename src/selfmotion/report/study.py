@@ -43,6 +43,17 @@ class Study:
         return angle_domain(self.problem.arm, self.problem.path)
 
     @cached_property
+    def free(self) -> Problem:
+        """The arm without limits on the path."""
+        return seed_study.free_problem()
+
+    @cached_property
+    def limited(self) -> AngleDomain:
+        """Every feasible posture of the arm with limits of our own."""
+        case = seed_study.limited_problem()
+        return angle_domain(case.arm, case.path)
+
+    @cached_property
     def plans(self) -> dict[str, Plan]:
         """The single run of each optimizer (Table II), by label."""
         return seed_study.plans(self.seed, self._progress)
