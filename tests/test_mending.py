@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import selfmotion as sm
+from selfmotion.bridge import on_path
 from selfmotion.judgement import judge
 
 sys.path.insert(0, str(Path(__file__).parent / "domain"))
@@ -133,6 +134,20 @@ def test_an_arm_with_more_redundancy_is_refused(seed_path):
     problem = sm.Problem(sm.PlanarArm([30, 30, 20, 10]), seed_path)
     with pytest.raises(sm.InvalidInputError, match="redundant degrees"):
         sm.repair(problem, R, np.zeros((200, 4)))
+
+
+def test_postures_are_put_on_the_path_inside_their_limits_or_not_at_all():
+    rng = np.random.default_rng(5)
+    put = 0
+    for _ in range(100):
+        arm = random_arm(rng)
+        q = rng.uniform(-3, 3, (20, arm.n))
+        x = arm.annulus[0] + rng.uniform(-1, 1, (20, 2)) * arm.links[:3].sum()
+        found, ok = on_path(arm, x, q)
+        np.testing.assert_array_less(-1e-9, arm.limits.margin(found[ok]))
+        np.testing.assert_array_less(arm.task_error(found[ok], x[ok]), 1e-10 * arm.reach)
+        put += ok.sum()
+    assert put > 300
 
 
 def broken_motion(problem, rng):

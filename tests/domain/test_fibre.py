@@ -60,7 +60,8 @@ def test_connected_parts_with_turns_agree_with_a_walk():
     while len(counts) < 80:
         links = rng.uniform(0.5, 2, 3)
         spans = rng.choice([None, 2.5, TAU, 7.0, 9.0, 12.0], 3)
-        limits = [None if s is None else (low, low + s) for s, low in zip(spans, rng.uniform(-5, 0, 3), strict=True)]
+        lows = np.where(rng.random(3) < 0.4, -np.pi, rng.uniform(-5, 0, 3))  # −π: a seam that lies on a fold
+        limits = [None if s is None else (low, low + s) for s, low in zip(spans, lows, strict=True)]
         arm = sm.PlanarArm(links, limits)
         x = rng.uniform(0.2, 0.95) * arm.reach * np.array([1.0, 0.0])
         (fibre,) = fibres(arm.self_motion(), x[None])
@@ -72,6 +73,16 @@ def test_connected_parts_with_turns_agree_with_a_walk():
         counts.append(fibre.n_components)
     assert max(counts) > 8
     assert min(counts) <= 2
+
+
+def test_a_limit_at_half_a_turn_keeps_the_elbows_apart_at_the_inner_fold():
+    """At R between |l1 − l2| ± l3 both elbows meet at θ2 = π, which |θ2| ≤ π does not let pass, but |θ2| ≤ 2π does."""
+    x = np.array([[0.5, 0.0]])
+    parts = []
+    for limit in (None, (-np.pi, np.pi), (-2 * np.pi, 2 * np.pi)):
+        (fibre,) = fibres(sm.PlanarArm([2, 1.4, 0.5], [None, limit, None]).self_motion(), x)
+        parts.append(fibre.n_components)
+    assert parts == [1, 2, 2]  # in the last case one centred at π, one at −π
 
 
 def test_a_locked_joint_leaves_single_postures():

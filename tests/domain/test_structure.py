@@ -235,7 +235,7 @@ def assert_causes(arms, x, rows, all_causes):
 def test_no_event_that_lasts_longer_than_1e_6_is_missed():
     """Lines that just touch an event circle: what happens inside it lasts as long as asked for, and is seen."""
     rng = np.random.default_rng(3)
-    seen = {}
+    seen, decided = {}, 0
     for _ in range(3000):
         arm = random_arm(rng)
         circle = event_circles(arm)[rng.integers(len(event_circles(arm)))]
@@ -250,6 +250,9 @@ def test_no_event_that_lasts_longer_than_1e_6_is_missed():
         domain = sm.angle_domain(arm, path)
         looks = [at, at - 0.7 * lasting, at + 0.7 * lasting]
         within, before, after = (f.names for f in fibres(domain.self_motion, path(looks)))
+        must = only_this_limit_decides_at_the_fold(arm, circle, path(at))
+        assert not must or within != before, (arm, path, lasting, circle)
+        decided += must
         if before != after or within == before:
             continue
         kind = (*sorted({c.kind.split()[-1] for c in circle.causes}), len(circle.causes))
@@ -260,6 +263,55 @@ def test_no_event_that_lasts_longer_than_1e_6_is_missed():
         for expected in (at - lasting / 2, at + lasting / 2):
             assert np.abs(r - expected).min() < max(NEAR, 8 * rounding), (arm, path, lasting, circle)
     assert min(seen[kind] for kind in (("fold", 1), ("limit", 1), ("fold", "limit", 2), ("limit", 2))) > 20
+    assert decided > 100
+
+
+def only_this_limit_decides_at_the_fold(arm, circle, x):
+    """Whether, by the law of cosines, the posture at a fold is in reach and clear of all limits but the circle's."""
+    if {c.kind == "fold" for c in circle.causes} != {True, False}:
+        return False
+    limit, fold = sorted(circle.causes, key=lambda cause: cause.kind == "fold")
+    arms, column = Arms([arm], [1.0]), column_of(limit) - 2
+    for side in (1, -1):
+        q, _ = arms.at_fold(np.array([complex(*x)]), np.array([fold.value]), side)
+        margins = arms.limit_margins(q[:, None])[0, 0]
+        reached = np.linalg.norm(arm.forward(q[0, : arm.n]) - x) < 1e-6 * arm.reach
+        if reached and abs(margins[column]) < 1e-4 and np.delete(margins, column).min() > 0.01:
+            return True
+    return False
+
+
+def test_the_rim_touched_by_a_curved_path_is_left_for_as_long_as_it_is():
+    """Links a little too short for the farthest point of a Bezier path: out of reach for as long as planted."""
+    rng = np.random.default_rng(12)
+    for _ in range(100):
+        path = sm.Bezier(np.array([2.0, 0.5]) + rng.uniform(-1, 1, (rng.integers(4, 9), 2)))
+        r = np.linspace(0, 1, 2001)
+        k = int(np.argmax(np.linalg.norm(path(r), axis=1)))
+        if not 20 < k < 1980:
+            continue
+        low, high = r[k - 1], r[k + 1]
+        for _ in range(200):  # the farthest point, by thirds
+            a, b = low + (high - low) / 3, high - (high - low) / 3
+            low, high = (a, high) if np.hypot(*path(a)) < np.hypot(*path(b)) else (low, b)
+        x, v, bend = path(low), path(low, 1), path(low, 2)
+        farthest = np.hypot(*x)
+        curvature = (v @ v + x @ bend) / farthest
+        lasting = 10.0 ** rng.uniform(-5.5, -4)
+        reach = farthest + curvature * lasting**2 / 8
+        if curvature > -0.5 or (np.linalg.norm(path(np.delete(r, slice(k - 40, k + 40))), axis=1) > reach - 1e-3).any():
+            continue
+        links = np.array([0.4, 0.35, 0.25]) * reach
+        links[2] = reach - links[0] - links[1]
+        events = sm.angle_domain(sm.PlanarArm(links), path).structure.events
+        ends = [
+            event.r
+            for event in events
+            if event.kind in ("component dies", "component appears") and abs(event.r - low) < 1e-2
+        ]
+        # The maximum is known to about 1e-8, and where the path is flat rounding of R moves the ends.
+        assert len(ends) == 2, (path, lasting)
+        assert ends[1] - ends[0] == pytest.approx(lasting, rel=0.02, abs=1e-16 / lasting * 50)
 
 
 @pytest.mark.parametrize("part", range(PARTS))

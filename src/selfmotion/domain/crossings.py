@@ -22,8 +22,8 @@ _HALVINGS = 10
 _SAME = 1e-8
 # Coefficients below this part of the largest one are rounding.
 _ROUNDING = 1e-13
-# A root this far from the real axis, in half-widths of its piece, may be two real ones that rounding has merged.
-_NEARLY_REAL = 1e-2
+# A root this far from [−1, 1] is inside it up to rounding, in half-widths of its piece.
+_NEARLY = 1e-6
 _NEWTON = 4
 
 _NODES = np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
@@ -109,25 +109,13 @@ def _changes_sign(
 
 
 def _roots(coefficients: FloatArray) -> FloatArray:
-    """Return the real roots in [−1, 1], and of nearly real pairs the extremum and what may lie beside it."""
+    """Return the real roots in [−1, 1], up to rounding."""
     size = np.abs(coefficients)
     last = int(np.flatnonzero(size > 1e-16 * size.max())[-1]) if size.any() else 0
     if last == 0:
         return np.empty(0)
     roots = chebyshev.chebroots(coefficients[: last + 1])
-    near = (np.abs(roots.imag) <= _NEARLY_REAL) & (np.abs(roots.real) <= 1 + _NEARLY_REAL)
-    found = np.sort(roots.real[near])
-    if not (np.abs(roots.imag[near]) > 0).any() and not (np.diff(found) < _NEARLY_REAL).any():
-        return found
-    slope = chebyshev.chebder(coefficients)
-    extrema = chebyshev.chebroots(slope)
-    extrema = extrema.real[(np.abs(extrema.imag) < _NEARLY_REAL) & (np.abs(extrema.real) <= 1.0)]
-    extrema = extrema[np.abs(extrema[:, None] - found).min(axis=1) <= 2 * _NEARLY_REAL]
-    curvature = chebyshev.chebval(extrema, chebyshev.chebder(slope))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        aside = np.sqrt(np.abs(2 * chebyshev.chebval(extrema, coefficients) / curvature))
-    beside = np.concatenate([extrema - aside, extrema + aside])
-    return np.concatenate([found, extrema, beside[np.isfinite(beside)]])
+    return np.asarray(roots.real[(np.abs(roots.imag) <= _NEARLY) & (np.abs(roots.real) <= 1 + _NEARLY)])
 
 
 def _polished(function: Callable[[FloatArray], FloatArray], r: FloatArray, half: FloatArray) -> FloatArray:
