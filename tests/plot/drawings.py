@@ -69,6 +69,14 @@ class Case:
         return {name: best[:, -1] - 1 for name, best in self.searches.items()}
 
     @cached_property
+    def broken(self):
+        """A sampled motion (r, q) on the other elbow for a while, and its breaks."""
+        r = np.linspace(0, 1, 121)
+        q = self.free.solve(self.path(r), 0.3 + 0.4 * np.sin(3.4 * r)[:, None], 0)[0]
+        q[50:62] = self.free.solve(self.path(r[50:62]), [0.6], 1)[0]
+        return r, q, sm.connectivity(self.free_problem, r, q).breaks
+
+    @cached_property
     def domain(self):
         return sm.angle_domain(self.arm, self.path)
 
@@ -126,6 +134,9 @@ DRAWINGS = {
         for name in ("eventful", "parted")
         for branch in (0, 1)
     },
+    "samples_broken": Drawing(plot.draw_samples, lambda case: (case.free_problem, *case.broken), height=3.2),
+    "samples_connected": Drawing(plot.draw_samples, lambda case: (case.free_problem, *case.broken[:2]), height=3.2),
+    "sampled_joints": Drawing(plot.draw_sampled_joints, lambda case: (case.free_problem, *case.broken)),
     "evolution": Drawing(plot.draw_evolution, lambda case: ({"PSO": case.searches["PSO"][0]},)),
     "evolution_quartiles": Drawing(plot.draw_evolution, lambda case: (case.searches, 1.0)),
     "spread": Drawing(plot.draw_spread, lambda case: ({"plain": case.ends, "shifted": case.ends},)),

@@ -31,7 +31,7 @@ def structure_lines(structure: DomainStructure, radii: Radii | None, file: str) 
     more = [f"… and {len(events) - _MOST_LINES} more, see {file}"] if len(events) > _MOST_LINES else []
     return [
         *([] if radii is None else [_radii_line(radii)]),
-        f"{len(events)} events, {structure.n_components} connected parts",
+        f"{len(events)} event{_s(len(events))}, {structure.n_components} connected part{_s(structure.n_components)}",
         *events[:_MOST_LINES],
         *more,
         f"a continuous motion from r = 0 to r = 1 exists: {_connection(structure)}",
@@ -76,3 +76,7 @@ def _event(event: Event, branches: tuple[str, ...]) -> dict[str, Any]:
 
 def _causes(causes: tuple[Cause, ...]) -> list[dict[str, Any]]:
     return [{"kind": cause.kind, "joint": cause.joint + 1, "value": cause.value} for cause in causes]
+
+
+def _s(count: int) -> str:
+    return "" if count == 1 else "s"

@@ -38,16 +38,20 @@ def draw_samples(axes: Axes, problem: Problem, r: FloatArray, q: FloatArray, bre
     points = problem.arm.joint_positions(q[rows])
     for chain, color in zip(points, shades(len(rows)), strict=True):
         draw_chain(axes, chain, color=color)
-    marked = [breaks[k] for k in np.unique(np.linspace(0, len(breaks) - 1, min(len(breaks), _MOST_MARKED)).astype(int))]
+    chosen = np.linspace(0, len(breaks) - 1, min(len(breaks), _MOST_MARKED)).astype(int)
+    marked = [breaks[k] for k in chosen]
     shown = [points.reshape(-1, 2)]
-    for found in marked if breaks else []:
+    for found in marked:
         for row, dash in ((found.row - 1, "-"), (found.row, DASHES[1]))[: 2 if found.is_step else 1]:
             chain = problem.arm.joint_positions(q[row])
             draw_chain(axes, chain, color=COLORS[1], linestyle=dash, linewidth=1.3, zorder=4)
             shown.append(chain)
     draw_base(axes)
     frame(axes, np.vstack([*shown, problem.path(np.linspace(0, 1, 201))]))
-    axes.set_title(f"{len(breaks)} breaks, marked" if breaks else "connected")
+    count = f"{len(breaks)} break{'s' * (len(breaks) > 1)}"
+    axes.set_title(
+        (count if len(marked) == len(breaks) else f"{count}, {len(marked)} marked") if breaks else "connected"
+    )
 
 
 def draw_sampled_joints(

@@ -73,6 +73,17 @@ def chosen(only: Iterable[str] = ()) -> list[ReportFigure]:
     return [FIGURES[name] for name in names or FIGURES]
 
 
+def _improper(study: Study, postures: Axes, joints: Axes) -> None:
+    breaks = study.repaired.breaks
+    plot.draw_samples(postures, study.free, *study.improper, breaks)
+    plot.draw_sampled_joints(joints, study.free, *study.improper, breaks)
+
+
+def _repaired(study: Study, postures: Axes, joints: Axes) -> None:
+    plot.draw_samples(postures, study.free, study.repaired.r, study.repaired.q)
+    plot.draw_sampled_joints(joints, study.free, study.repaired.r, study.repaired.q)
+
+
 def _workspace(study: Study, axes: Axes) -> None:
     free = study.free
     assert isinstance(free.arm, PlanarArm)
@@ -171,6 +182,27 @@ def _spread(study: Study, axes: Axes) -> None:
 FIGURES = {
     entry.name: entry
     for entry in (
+        ReportFigure(
+            "fig1_improper",
+            "Fig. 1",
+            "Connectivity failure: the elbow flips to the other side and back. In colour the postures before (solid) "
+            "and after (dashed) each broken step, which bands mark in the joint angles.",
+            "Left the arm along the path with two flips of its elbow, right its joint angles, which jump twice",
+            _improper,
+            width=2 * COLUMN,
+            height=3.2,
+            columns=2,
+        ),
+        ReportFigure(
+            "fig2_repaired",
+            "Fig. 2",
+            "The same motion repaired by self-motion: the postures in between are replaced.",
+            "Left the arm along the path with its elbow on one side, right its joint angles, which are smooth",
+            _repaired,
+            width=2 * COLUMN,
+            height=3.2,
+            columns=2,
+        ),
         ReportFigure(
             "fig3_workspace",
             "Fig. 3",

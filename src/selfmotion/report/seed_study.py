@@ -9,6 +9,7 @@ import numpy as np
 
 from selfmotion._types import FloatArray
 from selfmotion.arms import PlanarArm
+from selfmotion.exchange import Trajectory
 from selfmotion.optimizers import GA, GWO, PSO, Optimizer, Progress, RandomSearch
 from selfmotion.paths import Bezier
 from selfmotion.planners import Candidates, Plan, Sinusoid
@@ -66,6 +67,15 @@ def problem() -> Problem:
 def free_problem() -> Problem:
     """Return the arm without limits on the same path, as sections II and IV look at it."""
     return Problem(PlanarArm(arm().links), problem().path, samples=SAMPLES)
+
+
+def improper_motion(case: Problem) -> Trajectory:
+    """Return postures along the path, the sinusoid at the printed frequency, a tenth of them with the other elbow."""
+    r = np.linspace(0.0, 1.0, 121)
+    u = SinusoidProfile([OFFSET], [AMPLITUDE])([PRINTED["PSO"].f], r)
+    wrong = (r > 0.45) & (r < 0.55)
+    positive, negative = (case.arm.solve(case.path(r), u, branch)[0] for branch in (0, 1))
+    return Trajectory(r, np.where(wrong[:, None], negative, positive))
 
 
 def limited_problem() -> Problem:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import cached_property
 
 from selfmotion.domain import AngleDomain, angle_domain
+from selfmotion.exchange import Trajectory
+from selfmotion.mending import Repair, repair
 from selfmotion.optimizers import Progress
 from selfmotion.planners import Plan
 from selfmotion.problem import Problem
@@ -46,6 +48,16 @@ class Study:
     def free(self) -> Problem:
         """The arm without limits on the path."""
         return seed_study.free_problem()
+
+    @cached_property
+    def improper(self) -> Trajectory:
+        """Postures of the arm without limits, some of them with the other elbow."""
+        return seed_study.improper_motion(self.free)
+
+    @cached_property
+    def repaired(self) -> Repair:
+        """The same motion made continuous by self-motion."""
+        return repair(self.free, *self.improper)
 
     @cached_property
     def limited(self) -> AngleDomain:
