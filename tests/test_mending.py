@@ -141,9 +141,16 @@ def test_postures_are_put_on_the_path_inside_their_limits_or_not_at_all():
     put = 0
     for _ in range(100):
         arm = random_arm(rng)
-        q = rng.uniform(-3, 3, (20, arm.n))
-        x = arm.annulus[0] + rng.uniform(-1, 1, (20, 2)) * arm.links[:3].sum()
-        found, ok = on_path(arm, x, q)
+        q, r = rng.uniform(-3, 3, (20, arm.n)), rng.random(20)
+        ends = arm.annulus[0] + rng.uniform(-0.9, 0.9, (2, 2)) * arm.links[:3].sum()
+        try:
+            problem = sm.Problem(arm, sm.Line(*ends), elbow=("any", "positive", "negative")[rng.integers(3)])
+        except sm.InvalidInputError:
+            continue
+        found, ok = on_path(problem, r, q)
+        x = problem.path(r)
+        for branch in set(range(2)) - set(problem.elbow_branches):
+            assert not (np.abs(np.sin(found[ok, 1])) > 1e-6)[arm.branch_of(found[ok]) == branch].any()
         np.testing.assert_array_less(-1e-9, arm.limits.margin(found[ok]))
         np.testing.assert_array_less(arm.task_error(found[ok], x[ok]), 1e-10 * arm.reach)
         put += ok.sum()

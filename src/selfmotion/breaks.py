@@ -30,7 +30,7 @@ class Break:
     r : float
     kind : str
         Of a row: ``"off the path"``, ``"outside a limit"``, ``"wrong elbow"``. Of the step from this row to the next:
-        ``"whole turn"``, ``"changes branch"``, ``"another part"`` (of the self-motion, which limits part),
+        ``"whole turn"``, ``"changes branch"``, ``"another part"`` (of the self-motion, to which none leads),
         ``"jumps"`` (along one and the same part), ``"too coarse"`` (the tool leaves the path between the rows).
     size : float
         Distance from the path (in the unit of length), overrun of the limit, or largest joint step [rad].
@@ -62,7 +62,7 @@ _WORDS = {
     "wrong elbow": "the elbow is not the one asked for",
     "whole turn": "{joint}jumps by a whole turn to the next row",
     "changes branch": "the elbow changes without passing a fold, {joint}by {size:.3g} rad",
-    "another part": "the next row lies on a part of the self-motion kept apart by limits, {joint}jumps {size:.3g} rad",
+    "another part": "the next row lies on another connected part of the self-motion, {joint}jumps by {size:.3g} rad",
     "jumps": "{joint}jumps by {size:.3g} rad along the self-motion",
     "too coarse": "the tool leaves the path by {size:.3g} before the next row",
 }
@@ -115,7 +115,7 @@ def connectivity(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Toler
         If shapes do not fit, r descends or leaves [0, 1], a value is not finite, or no row at all has its tool near the
         path.
     """
-    allowed = tolerances or Tolerances()
+    allowed = Tolerances.given(tolerances)
     r, q = checked_motion(problem, r, q)
     arm, limits = problem.arm, problem.arm.limits
     miss = arm.task_error(q, problem.path(r))
@@ -154,7 +154,7 @@ def connectivity(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Toler
 def _why(problem: Problem, r: FloatArray, q: FloatArray, k: int) -> str:
     """Return the kind of the break between rows k and k + 1, both of them postures of the problem."""
     arm, step = problem.arm, q[k + 1] - q[k]
-    if np.abs(wrap(step)).max() < _BESIDES:
+    if np.abs(wrap(step)).max() < _BESIDES and np.abs(step).max() > np.pi:
         return "whole turn"
     branches = arm.branch_of(q[k : k + 2])
     if arm.n_u == 1:

@@ -19,7 +19,6 @@ from selfmotion.angles import TAU, unwrap, wrap
 from selfmotion.arms import RedundantArm
 from selfmotion.domain.sweep import sweep
 from selfmotion.errors import UnrepairableError
-from selfmotion.paths import Path
 from selfmotion.problem import Problem
 
 # Largest joint step between two rows of a bridge [rad].
@@ -27,9 +26,10 @@ _STEP = 0.06
 # Postures of one self-motion are sampled at most this far apart, and linked to the next parameter's up to _NEAR [rad].
 _SPACING = 0.08
 _NEAR = 0.3
-_POSTURES = 200
+_POSTURES, _FEWEST_POSTURES, _NODES = 200, 40, 40_000
+_ASIDE = 0.02  # where beside the ends of a cell its self-motions are sampled, in parts of it
 _FEWEST, _MOST = 6, 80  # parameters at which self-motions are sampled
-_REFINEMENTS = 4
+_REFINEMENTS = 3
 _SMOOTHINGS = 100
 _ROUNDS = 3
 _STILL = 1e-9  # what counts as a step in r where the tool stands still
@@ -69,24 +69,28 @@ def bridge(problem: Problem, start: End, end: End, between: FloatArray) -> tuple
     UnrepairableError
         If no way was found.
     """
-    arm, path = problem.arm, problem.path
+    arm = problem.arm
     inner = slice(start[1] is not None, -1 if end[1] is not None else None)
     if start[1] is not None and end[1] is not None:
         r = np.array([start[0], *between, end[0]])
-        q, ok = on_path(arm, path(r), _straight(arm, start, end, between))
-        direct = _filled(arm, path, r, q)
+        q, ok = on_path(problem, r, _straight(arm, start, end, between))
+        direct = _filled(problem, r, q)
         if ok.all() and not direct.broken:
             return direct.r[inner], direct.q[inner]
     for refinement in range(_REFINEMENTS):
         motion = _Ladder(problem, start, end, between, refinement).shortest()
-        if motion is not None:
-            r, q = _with_rows(arm, path, motion.r, motion.q, between)
-            for _ in range(_ROUNDS):
-                q = _smoothed(arm, path, r, q, start[1] is not None, end[1] is not None)
-                r, q, broken = _filled(arm, path, r, q)
-            if not broken:
-                moved = np.concatenate([[True], (np.diff(r) > 0) | (np.abs(_steps(arm, q)).max(axis=1) > _SAME)])
-                return r[moved][inner], q[moved][inner]
+        if motion is None:
+            continue
+        better = _filled(problem, *_with_rows(problem, motion.r, motion.q, between))
+        for _ in range(_ROUNDS):  # smoothed as long as it stays continuous
+            if better.broken:
+                break
+            motion = better
+            smooth = _smoothed(problem, motion.r, motion.q, start[1] is not None, end[1] is not None)
+            better = _filled(problem, motion.r, smooth)
+        r, q, _ = motion if better.broken else better
+        moved = np.concatenate([[True], (np.diff(r) > 0) | (np.abs(_steps(arm, q)).max(axis=1) > _SAME)])
+        return r[moved][inner], q[moved][inner]
     raise UnrepairableError(
         f"no way from r = {start[0]:.6g} to {end[0]:.6g} was found, although the self-motions are connected",
         PLAN_ANEW,
@@ -95,21 +99,22 @@ def bridge(problem: Problem, start: End, end: End, between: FloatArray) -> tuple
     )
 
 
-def on_path(arm: RedundantArm, x: FloatArray, q: FloatArray) -> tuple[FloatArray, BoolArray]:
+def on_path(problem: Problem, r: FloatArray, q: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Move postures to the nearest ones that do their task inside the limits, by Newton's method.
 
     Parameters
     ----------
-    arm : RedundantArm
-    x : array, shape (k, 2)
+    problem : Problem
+    r : array, shape (k,)
     q : array, shape (k, n)
 
     Returns
     -------
     q : array, shape (k, n)
     ok : array of bool, shape (k,)
-        Whether task and limits hold there.
+        Whether task, limits and elbow hold there.
     """
+    arm, x = problem.arm, problem.path(r)
     q, free = q.copy(), np.ones(q.shape)
     for _ in range(2):  # the second time with joints that left their limits held on them
         for _ in range(_NEWTON):
@@ -127,7 +132,9 @@ def on_path(arm: RedundantArm, x: FloatArray, q: FloatArray) -> tuple[FloatArray
         free[held] = 0.0
         q = np.clip(q, arm.limits.lower, arm.limits.upper)
     miss = np.abs(arm.task_residual(q, x)).max(axis=-1, initial=0.0)
-    return q, (miss <= 10 * _ON_PATH * arm.reach) & (arm.limits.margin(q) >= -_HELD).all(axis=-1)
+    on_branch = [arm.is_on_branch(q, branch, _HELD) for branch in problem.elbow_branches]
+    inside = (arm.limits.margin(q) >= -_HELD).all(axis=-1)
+    return q, (miss <= 10 * _ON_PATH * arm.reach) & inside & np.any(on_branch, axis=0)
 
 
 def _straight(arm: RedundantArm, start: End, end: End, between: FloatArray) -> FloatArray:
@@ -149,20 +156,19 @@ class Filled(NamedTuple):
     broken: list[int]
 
 
-def _filled(arm: RedundantArm, path: Path, r: FloatArray, q: FloatArray) -> Filled:
+def _filled(problem: Problem, r: FloatArray, q: FloatArray) -> Filled:
     """Halve the steps of a motion on the path until they are small."""
-    return refined(arm, path, r, q, lambda _, q: np.abs(_steps(arm, q)).max(axis=1, initial=0.0) > _STEP)
+    return refined(problem, r, q, lambda _, q: np.abs(_steps(problem.arm, q)).max(axis=1, initial=0.0) > _STEP)
 
 
 def refined(
-    arm: RedundantArm, path: Path, r: FloatArray, q: FloatArray, wanting: Callable[[FloatArray, FloatArray], BoolArray]
+    problem: Problem, r: FloatArray, q: FloatArray, wanting: Callable[[FloatArray, FloatArray], BoolArray]
 ) -> Filled:
     """Halve steps of a motion on the path until none is wanting.
 
     Parameters
     ----------
-    arm : RedundantArm
-    path : Path
+    problem : Problem
     r : array, shape (k,)
     q : array, shape (k, n)
     wanting : callable
@@ -173,6 +179,7 @@ def refined(
     Filled
         ``broken`` are the steps that do not get smaller by halving: jumps.
     """
+    arm = problem.arm
     origin = np.arange(len(r))  # the row that each one comes after, or is
     broken: set[int] = set()
     for _ in range(_HALVINGS):
@@ -181,7 +188,7 @@ def refined(
             return Filled(r, q, sorted(broken))
         step = _between(arm, q[large], q[large + 1])
         middle_r = 0.5 * (r[large] + r[large + 1])
-        middle, ok = on_path(arm, path(middle_r), q[large] + 0.5 * step)
+        middle, ok = on_path(problem, middle_r, q[large] + 0.5 * step)
         first, second = _between(arm, q[large], middle), _between(arm, middle, q[large + 1])
         half = np.maximum(np.abs(first).max(axis=1), np.abs(second).max(axis=1))
         good = ok & (half < _SHRINKS * np.abs(step).max(axis=1))
@@ -193,31 +200,27 @@ def refined(
     return Filled(r, q, sorted(broken))
 
 
-def _with_rows(
-    arm: RedundantArm, path: Path, r: FloatArray, q: FloatArray, rows: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _with_rows(problem: Problem, r: FloatArray, q: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the motion with a row at each of `rows`, where one can be put there."""
     new = np.setdiff1d(rows, r)
     after = np.searchsorted(r, new)
     inside = (after > 0) & (after < len(r))
     new, after = new[inside], after[inside]
     part = (new - r[after - 1]) / (r[after] - r[after - 1])
-    step = _between(arm, q[after - 1], q[after])
-    put, ok = on_path(arm, path(new), q[after - 1] + part[:, None] * step)
+    step = _between(problem.arm, q[after - 1], q[after])
+    put, ok = on_path(problem, new, q[after - 1] + part[:, None] * step)
     return np.insert(r, after[ok], new[ok]), np.insert(q, after[ok], put[ok], axis=0)
 
 
-def _smoothed(
-    arm: RedundantArm, path: Path, r: FloatArray, q: FloatArray, keep_first: bool, keep_last: bool
-) -> FloatArray:
+def _smoothed(problem: Problem, r: FloatArray, q: FloatArray, keep_first: bool, keep_last: bool) -> FloatArray:
     """Draw every posture to the straight line between its neighbours and back onto the path; given ends stay."""
-    x, gap = path(r), np.diff(r) + _STILL
+    arm, gap = problem.arm, np.diff(r) + _STILL
     part = gap[:-1] / (gap[:-1] + gap[1:])
     q = q[:1] + np.concatenate([np.zeros((1, arm.n)), np.cumsum(_steps(arm, q), axis=0)])
     moving = slice(int(keep_first), -1 if keep_last else None)
     for _ in range(_SMOOTHINGS if len(q) > 2 else 0):
         line = np.concatenate([q[1:2], q[:-2] + part[:, None] * (q[2:] - q[:-2]), q[-2:-1]])
-        put, ok = on_path(arm, x[moving], 0.5 * (q[moving] + line[moving]))
+        put, ok = on_path(problem, r[moving], 0.5 * (q[moving] + line[moving]))
         ok &= np.abs(put - q[moving]).max(axis=1) < _STEP
         q[moving] = np.where(ok[:, None], put, q[moving])
     return q
@@ -252,11 +255,13 @@ class _Ladder:
     """Self-motions sampled at some path parameters, and what links their postures."""
 
     def __init__(self, problem: Problem, start: End, end: End, rows: FloatArray, refinement: int) -> None:
-        self.arm, self.path = problem.arm, problem.path
+        self.problem, self.arm, self.path = problem, problem.arm, problem.path
+        self.given = [q for q in (start[1], end[1]) if q is not None]
         self.structure = problem.structure
         self.branches = problem.elbow_branches
         self.spacing = _SPACING / 2**refinement
         self.parameters = self._chosen(start[0], end[0], rows, refinement)
+        self.count = self._postures(refinement)
         self.layers = [self._layer(float(r)) for r in self.parameters]
         self.first, self.last = self._placed(0, start[1]), self._placed(-1, end[1])
         sizes = [len(layer.q) for layer in self.layers]
@@ -265,23 +270,31 @@ class _Ladder:
         self.r = np.repeat(self.parameters, sizes)
 
     def _chosen(self, low: float, high: float, rows: FloatArray, refinement: int) -> FloatArray:
-        """Return the parameters to sample at: rows if there are enough and not too many, others besides if not."""
-        fewest, most = _FEWEST * 4**refinement, _MOST * 2**refinement
+        """Return the parameters to sample at: rows if there are enough and not too many, and both ends of every cell."""
+        fewest, most = _FEWEST * 3**refinement, _MOST * (1 + refinement)
         inner = rows[(rows > low) & (rows < high)]
         if len(inner) > most:
             inner = inner[np.linspace(0, len(inner) - 1, most).astype(int)]
         if len(inner) < fewest:
             inner = np.concatenate([inner, np.linspace(low, high, fewest + 2)[1:-1]])
-        r = np.unique(np.concatenate([[low, high], inner, self.path.breaks]))
-        return r[(r >= low) & (r <= high)]
+        for first, last in (cell.r for cell in self.structure.cells):
+            inside = first + np.array([_ASIDE, 0.5, 1 - _ASIDE]) * (last - first)
+            inner = np.concatenate([inner, inside[(inside > low) & (inside < high)]])
+        return np.unique(np.concatenate([[low, high], inner]))
+
+    def _postures(self, refinement: int) -> int:
+        """Return how many postures to sample per interval: fewer where layers and turns are many."""
+        span = self.arm.limits.upper - self.arm.limits.lower
+        turns = np.prod(np.where(np.isfinite(span), np.floor(span / TAU) + 1, 1))
+        affordable = _NODES * 2**refinement / (len(self.parameters) * turns * len(self.branches))
+        return int(np.clip(affordable, _FEWEST_POSTURES, _POSTURES * 2**refinement))
 
     def _layer(self, r: float) -> _Layer:
         """Sample the self-motion at r, with every number of turns that limited joints may have."""
-        count = max(2, int(_POSTURES * _SPACING / self.spacing))
         q, sheet, links = [np.empty((0, self.arm.n))], [np.empty(0, int)], [np.empty((0, 2), int)]
         for branch in self.branches:
-            for part in sweep(self.structure.self_motion, self.path(r), branch, count).parts():
-                for lifted in _lifted(self.arm, part.q):
+            for part in sweep(self.structure.self_motion, self.path(r), branch, self.count).parts():
+                for lifted in _lifted(self.arm, part.q, self.given):
                     middle = len(lifted) // 2
                     at = self.structure.sheet_at(r, float(part.u[middle]), branch, 1e-7, lifted[middle])
                     links.append(np.arange(len(lifted) - 1)[:, None] + [0, 1] + sum(map(len, q)))
@@ -317,8 +330,9 @@ class _Ladder:
 
         if not len(one) or not len(two):
             return np.empty((0, 2), int)
-        found = cKDTree(embedded(one)).query_ball_tree(cKDTree(embedded(two)), distance, p=np.inf)
-        pairs = np.array([(i, j) for i, mine in enumerate(found) for j in mine], dtype=int).reshape(-1, 2)
+        trees = cKDTree(embedded(one)), cKDTree(embedded(two))
+        found = trees[0].sparse_distance_matrix(trees[1], distance, p=np.inf, output_type="ndarray")
+        pairs = np.column_stack([found["i"], found["j"]])
         apart = np.abs(_between(self.arm, one[pairs[:, 0]], two[pairs[:, 1]])).max(axis=1, initial=0.0)
         return pairs[apart <= distance]
 
@@ -358,7 +372,7 @@ class _Ladder:
             while before[way[-1]] >= 0:
                 way.append(int(before[way[-1]]))
             way.reverse()
-            found = _filled(self.arm, self.path, self.r[way], self.q[way])
+            found = _filled(self.problem, self.r[way], self.q[way])
             if not found.broken:
                 return found
             # A step that cannot be filled jumps over something: go round it.
@@ -368,20 +382,25 @@ class _Ladder:
         return None
 
 
-def _lifted(arm: RedundantArm, q: FloatArray) -> list[FloatArray]:
-    """Return the runs of postures (k, n) with all numbers of turns that their limits allow throughout."""
+def _lifted(arm: RedundantArm, q: FloatArray, given: list[FloatArray]) -> list[FloatArray]:
+    """Return the runs of postures (k, n) with all numbers of turns that their limits allow throughout.
+
+    Joints limited on one side only may have any number: they get those of the given postures, or the first inside.
+    """
     limits = arm.limits
-    joints = np.flatnonzero(np.isfinite(limits.lower) & np.isfinite(limits.upper))
     q = q.copy()
     unwrap(q)
     runs = [q]
-    for j in joints:
+    for j in np.flatnonzero(limits.limited):
         low, high = q[:, j].min(), q[:, j].max()
-        least = int(np.floor((limits.lower[j] - high) / TAU))
-        most = int(np.ceil((limits.upper[j] - low) / TAU))
+        least, most = np.ceil((limits.lower[j] - high) / TAU), np.floor((limits.upper[j] - low) / TAU)
+        if np.isinf(least) or np.isinf(most):
+            wanted = [np.rint((posture[j] - 0.5 * (low + high)) / TAU) for posture in given]
+            wanted = wanted or [least if np.isfinite(least) else most]
+            least, most = max(least, min(wanted) - 1), min(most, max(wanted) + 1)
         turned = []
         for run in runs:
-            for k in range(least, most + 1):
+            for k in range(int(least), int(most) + 1):
                 angle = run[:, j] + TAU * k
                 inside = (angle >= limits.lower[j] - _HELD) & (angle <= limits.upper[j] + _HELD)
                 edges = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))

@@ -47,6 +47,13 @@ class Tolerances:
         for field in fields(self):
             positive(field.name, getattr(self, field.name))
 
+    @classmethod
+    def given(cls, tolerances: Tolerances | None) -> Tolerances:
+        """Return `tolerances`, or the usual ones if None."""
+        if tolerances is not None and not isinstance(tolerances, Tolerances):
+            raise InvalidInputError("tolerances", "are none", "give judgement.Tolerances(…)", tolerances)
+        return tolerances or cls()
+
 
 # A step above _ODD_STEP that is _ODD_RATIO times faster than both its neighbours is a jump that rows hide.
 _ODD_STEP = 0.02
@@ -134,7 +141,7 @@ def judge(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Tolerances |
     start and end posture, closure of a cyclic motion, the whole of [0, 1] covered, and continuity. A step
     breaks continuity if it exceeds ``step``, or if it is eight times faster in r than the steps before and after it.
     """
-    allowed = tolerances or Tolerances()
+    allowed = Tolerances.given(tolerances)
     arm, path = problem.arm, problem.path
     r, q = checked_motion(problem, r, q)
     halfway = 0.5 * (q[1:] + q[:-1])

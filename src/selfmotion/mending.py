@@ -98,28 +98,44 @@ def repair(
         If no continuous motion gets from the path's start to its end, with the place; or, and then it is not proved, if
         none was found or what was found does not pass :func:`judge`.
     """
-    allowed = tolerances or Tolerances()
+    allowed = Tolerances.given(tolerances)
     problem.arm.self_motion()  # refuses another degree of redundancy
+    worth = number("keep", keep, 0.0)
     r, q = checked_motion(problem, r, q)
-    given = q
-    q = _put_on_path(problem, r, q, allowed)
-    found = connectivity(problem, r, q, allowed)
-    if found.holds and (verdict := judge(problem, r, q, allowed)).holds:
-        return Repair(r, q, (q == given).all(axis=1), connectivity(problem, r, given, allowed).breaks, verdict)
-    rows = _Rows(problem, r, q, found.bad_rows, found.broken_steps)
-    for _ in range(_ROUNDS):
-        new_r, new_q, used = rows.joined(_chain(problem, rows, number("keep", keep, 0.0)))
-        new_r, new_q, jumps = refined(
-            problem.arm, problem.path, new_r, new_q, lambda r, q: _wanting(problem, r, q, allowed)
-        )
-        if not (jumps and rows.tear(new_r[jumps])):
-            break
-    verdict = judge(problem, new_r, new_q, allowed)
+    before = connectivity(problem, r, q, allowed).breaks
+    on = _put_on_path(problem, r, q, allowed)
+    found = _mended(problem, r, on, allowed, worth)
+    if problem.cyclic and not judge(problem, found.r, found.q, allowed).holds:
+        first = {"q": found.q[0]}  # the motion shall end as it begins
+        closed = Problem(problem.arm, problem.path, first, first, elbow=problem.elbow)  # type: ignore[arg-type]
+        found = _mended(closed, r, on, allowed, worth)
+    verdict = judge(problem, found.r, found.q, allowed)
     if not verdict.holds:
         failure = verdict.failures[0]
         raise UnrepairableError(f"the repaired motion does not hold: {failure}", PLAN_ANEW, failure.r, proved=False)
-    before = connectivity(problem, r, given, allowed).breaks
-    return Repair(new_r, new_q, used & (q == given).all(axis=1), before, verdict)
+    return Repair(found.r, found.q, found.kept & (on == q).all(axis=1), before, verdict)
+
+
+class _Mended(NamedTuple):
+    """A motion made continuous, and which of the given rows it keeps."""
+
+    r: FloatArray
+    q: FloatArray
+    kept: BoolArray
+
+
+def _mended(problem: Problem, r: FloatArray, q: FloatArray, allowed: Tolerances, worth: float) -> _Mended:
+    """Mend a motion whose rows are on the path where they can be."""
+    found = connectivity(problem, r, q, allowed)
+    if found.holds and judge(problem, r, q, allowed).holds:
+        return _Mended(r, q, np.ones(len(r), bool))
+    rows = _Rows(problem, r, q, found.bad_rows, found.broken_steps)
+    for _ in range(_ROUNDS):
+        new_r, new_q, kept = rows.joined(_chain(problem, rows, worth))
+        new_r, new_q, jumps = refined(problem, new_r, new_q, lambda r, q: _wanting(problem, r, q, allowed))
+        if not (jumps and rows.tear(new_r[jumps])):
+            break
+    return _Mended(new_r, new_q, kept)
 
 
 def _wanting(problem: Problem, r: FloatArray, q: FloatArray, allowed: Tolerances) -> BoolArray:
@@ -136,7 +152,7 @@ def _put_on_path(problem: Problem, r: FloatArray, q: FloatArray, allowed: Tolera
     miss = arm.task_error(q, x)
     near = (miss > allowed.tracking * arm.reach) & (miss <= allowed.between * arm.reach)
     moved = q.copy()
-    moved[near], fits = on_path(arm, x[near], q[near])
+    moved[near], fits = on_path(problem, r[near], q[near])
     moved[near] = np.where(fits[:, None], moved[near], q[near])
     return moved
 

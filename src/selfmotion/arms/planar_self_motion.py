@@ -133,10 +133,11 @@ class PlanarSelfMotion(PlanarLine):
         Returns
         -------
         array, shape (k, m)
-            ``|x − c|² − ρ²`` for every :func:`~selfmotion.arms.event_circles.event_circles`: polynomials of x.
+            ``(|x − c|² − ρ²) / (ρ + reach)²`` for every :func:`~selfmotion.arms.event_circles.event_circles`:
+            polynomials of x, of size 1 about where the arm can reach.
         """
         distance = np.hypot(*np.moveaxis(pose[:, None, :] - self._centers, -1, 0))
-        return (distance - self._radii) * (distance + self._radii)
+        return (distance - self._radii) * (distance + self._radii) / (self._radii + self.arm.reach) ** 2
 
     def free_joint(self, pose: FloatArray) -> FreeJoint | None:
         """Return the postures with w = 0, the first two links folded onto the base, where θ1 may turn freely.

@@ -111,7 +111,7 @@ class SelfMotion(Protocol):
         ...
 
     def separators(self, pose: Any) -> FloatArray:
-        """Return smooth functions of the pose, shape (k, m), outside whose zeros the structure of Ω is constant.
+        """Return smooth functions of the pose, shape (k, m), of size 1: outside their zeros the structure is constant.
 
         An arm that knows none returns shape (k, 0): the structure along a path is then found by comparing samples.
         """

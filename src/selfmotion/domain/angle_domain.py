@@ -14,7 +14,7 @@ from selfmotion.arms import RedundantArm, SelfMotion
 from selfmotion.domain.feasible import FeasibleArcs, feasible_arcs
 from selfmotion.domain.structure import DomainStructure
 from selfmotion.domain.sweep import Sweep, sweep
-from selfmotion.errors import Blocked
+from selfmotion.errors import Blocked, InvalidInputError
 from selfmotion.intervals import IntervalSet
 from selfmotion.paths import Path
 
@@ -143,8 +143,11 @@ def angle_domain(arm: RedundantArm, path: Path) -> AngleDomain:
     Raises
     ------
     InvalidInputError
-        If the arm has another degree of redundancy.
+        If the arm has another degree of redundancy, or one of the two is something else.
     """
+    for name, given, wanted in (("arm", arm, RedundantArm), ("path", path, Path)):
+        if not isinstance(given, wanted):
+            raise InvalidInputError(name, f"is a {type(given).__name__}", f"give the {name} itself")
     return AngleDomain(arm.self_motion(), path)
 
 

@@ -26,6 +26,8 @@ _ROUNDING = 1e-13
 _NEARLY = 1e-6
 _NEWTON = 4
 
+_EPS = 20 * np.finfo(float).eps
+
 _NODES = np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
 _TO_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(_NODES, _DEGREE))
 
@@ -50,7 +52,7 @@ def crossings(values: Callable[[FloatArray], FloatArray], edges: FloatArray) -> 
     Parameters
     ----------
     values : callable
-        Maps r of shape (k,) to shape (k, m); smooth between neighbouring edges.
+        Maps r of shape (k,) to shape (k, m), of size 1; smooth between neighbouring edges.
     edges : array, shape (p + 1,)
         Ascending; every break of the path is one of them.
 
@@ -67,8 +69,9 @@ def crossings(values: Callable[[FloatArray], FloatArray], edges: FloatArray) -> 
         sampled = values(nodes.ravel()).reshape(len(left), _DEGREE + 1, -1)
         coefficients = np.einsum("ij,pjm->pmi", _TO_COEFFICIENTS, sampled)
         size = np.abs(coefficients)
-        may_vanish = size[..., 0] <= size[..., 1:].sum(axis=-1)
-        rough = size[..., -2:].max(axis=-1) > _ROUNDING * size.max(axis=-1)
+        # What is rounding throughout a piece vanishes all along it: the path stays on the set, and crosses nothing.
+        may_vanish = (size[..., 0] <= size[..., 1:].sum(axis=-1)) & (size.max(axis=-1) > _ROUNDING)
+        rough = size[..., -2:].max(axis=-1) > np.maximum(_ROUNDING * size.max(axis=-1), _EPS)
         split = (may_vanish & rough).any(axis=1) & (halving < _HALVINGS)
         for piece, function in np.argwhere(may_vanish & ~split[:, None]):
             roots = middle[piece] + half[piece] * _roots(coefficients[piece, function])

@@ -205,7 +205,8 @@ def _events(
     few, many = sorted((gone, come), key=len)
     if not few:
         kind = "opens" if many is come else "closes"
-        return [_event(r, kind, interval.branch, interval.ends, causes, u) for interval in many]
+        ends = [(interval, tuple(end for end in interval.ends if end)) for interval in many]
+        return [_event(r, kind, interval.branch, mine, causes, u) for interval, mine in ends if mine]
     kind = "splits" if many is come else "merges"
     pieces = sorted(many, key=lambda piece: piece.low)
     first = next((k for k, piece in enumerate(pieces) if set(piece.ends[0]) & set(few[0].ends[0])), None)
@@ -229,6 +230,8 @@ def _at_ends(r: float, gone: Interval, come: Interval, causes: tuple[Cause, ...]
         return [_event(r, "merges", gone.branch, gone.ends, causes, u)]
     events = []
     for old, new in zip(gone.ends, come.ends, strict=True):
+        if not old or not new:  # within rounding of a touch
+            continue
         was, now = _unique(causes, (old,)), _unique(causes, (new,))
         if set(was) == set(now):  # the other solution of the same constraint
             continue

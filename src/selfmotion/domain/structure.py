@@ -26,6 +26,8 @@ from selfmotion.paths import Path
 
 # Events nearer to each other than this are one event.
 _SAME_EVENT = 1e-8
+# Where in a cell its structure is looked at: not in the middle, where symmetric paths touch what they do not cross.
+_LOOK = 0.4237
 # Distance from an event at which what is beside it is compared; less, in parts of a cell, if cells are short.
 _BESIDE = 1e-7
 _MOST_BESIDE = 0.25
@@ -44,7 +46,7 @@ class Cell:
     ----------
     r : tuple of float
     fibre : Fibre
-        The self-motion in its middle.
+        The self-motion somewhere inside.
     sheets : tuple of int
         Per component of the fibre, the sheet that it belongs to.
     """
@@ -241,7 +243,7 @@ def _cells(self_motion: SelfMotion, path: Path, look: _Look) -> tuple[list[Cell]
     else:
         cuts = _compared(look, path.grid(_GRID))
     edges = [0.0, *(cut.r for cut in cuts), 1.0]
-    middles = look(np.array([0.5 * (low + high) for low, high in pairwise(edges)]))
+    middles = look(np.array([low + _LOOK * (high - low) for low, high in pairwise(edges)]))
     cells, kept = [Cell((0.0, edges[1]), middles[0])], []
     for cut, end, middle in zip(cuts, edges[2:], middles[1:], strict=True):
         if middle.names == cells[-1].fibre.names and cut.free is None:
