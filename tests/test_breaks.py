@@ -106,6 +106,13 @@ def test_what_is_no_motion_is_bad_input(free, change):
         sm.connectivity(free, **{"r": R, "q": samples(free), **change})
 
 
+def test_a_small_jump_is_no_whole_turn():
+    problem = sm.Problem(sm.PlanarArm([1, 1, 0.5]), sm.Line([1.2, -0.5], [1.2, 0.5]))
+    r = np.linspace(0, 1, 1000)
+    q = problem.arm.solve(problem.path(r), np.where(r < 0.5, 0.3, 0.315)[:, None], 0)[0]
+    assert kinds(sm.connectivity(problem, r, q)) == [(500, "jumps")]
+
+
 def test_every_kind_has_words():
     for kind in ("off the path", "outside a limit", "wrong elbow", "whole turn", "changes branch", "jumps",
                  "another part", "too coarse"):  # fmt: skip

@@ -136,6 +136,38 @@ def test_an_arm_with_more_redundancy_is_refused(seed_path):
         sm.repair(problem, R, np.zeros((200, 4)))
 
 
+def halves(problem, first, second, rows=100):
+    """Postures a third of the way through the domain of one elbow, then two thirds through that of another."""
+    domain, r = sm.angle_domain(problem.arm, problem.path), np.linspace(0, 1, rows)
+    q = []
+    for at in r:
+        low, high = domain(at, second if at >= 0.5 else first).intervals[0]
+        u = low + (0.7 if at >= 0.5 else 0.3) * (high - low)
+        q.append(problem.arm.solve(problem.path(at), [u], second if at >= 0.5 else first)[0])
+    return r, np.array(q)
+
+
+def test_smoothing_does_not_break_what_it_smooths():
+    problem = sm.Problem(sm.PlanarArm([1, 0.8, 0.5]), sm.Line([1.2, -1], [1.2, 1]))
+    found = sm.repair(problem, *halves(problem, 0, 1))
+    assert_repaired(problem, found)
+
+
+@pytest.mark.parametrize("mode", ["exact", "modulo"])
+def test_a_closed_motion_along_a_closed_path(mode):
+    problem = sm.Problem(sm.PlanarArm([1, 0.8, 0.5]), sm.Circle([1.6, 0], 0.3), cyclic=mode)
+    found = sm.repair(problem, *halves(problem, 0, 0))
+    assert_repaired(problem, found)
+    assert np.abs(found.q[-1] - found.q[0]).max() < 1e-6
+
+
+def test_the_elbow_asked_for_is_kept():
+    problem = sm.Problem(sm.PlanarArm([1, 0.8, 0.5]), sm.Line([1.2, -1], [1.2, 1]), elbow="negative")
+    found = sm.repair(problem, *halves(problem, 0, 1))
+    assert_repaired(problem, found)
+    assert (np.sin(found.q[:, 1]) < 1e-6).all()
+
+
 def test_postures_are_put_on_the_path_inside_their_limits_or_not_at_all():
     rng = np.random.default_rng(5)
     put = 0
@@ -154,7 +186,7 @@ def test_postures_are_put_on_the_path_inside_their_limits_or_not_at_all():
         np.testing.assert_array_less(-1e-9, arm.limits.margin(found[ok]))
         np.testing.assert_array_less(arm.task_error(found[ok], x[ok]), 1e-10 * arm.reach)
         put += ok.sum()
-    assert put > 300
+    assert put > 150
 
 
 def broken_motion(problem, rng):
@@ -184,6 +216,9 @@ def test_broken_motions_of_random_problems(part):
     repaired = named = 0
     while repaired < 20 or named < 5:
         arm = random_arm(rng)
+        if rng.random() < 0.4:  # limits of a turn and more
+            spans = [None, (-np.pi, np.pi), (-2 * np.pi, 2 * np.pi), (-1.0, 6.0)]
+            arm = sm.PlanarArm(arm.links, [spans[k] for k in rng.integers(0, 4, arm.n)], arm.direction)
         start = arm.annulus[0] + rng.uniform(-0.6, 0.6, 2) * arm.reach
         try:
             problem = sm.Problem(arm, sm.Line(start, start + rng.uniform(-0.35, 0.35, 2) * arm.reach))

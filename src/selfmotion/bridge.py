@@ -26,10 +26,10 @@ _STEP = 0.06
 # Postures of one self-motion are sampled at most this far apart, and linked to the next parameter's up to _NEAR [rad].
 _SPACING = 0.08
 _NEAR = 0.3
-_POSTURES, _FEWEST_POSTURES, _NODES = 200, 40, 40_000
+_POSTURES, _FEWEST_POSTURES, _NODES = 200, 60, 60_000
 _ASIDE = 0.02  # where beside the ends of a cell its self-motions are sampled, in parts of it
 _FEWEST, _MOST = 6, 80  # parameters at which self-motions are sampled
-_REFINEMENTS = 3
+_REFINEMENTS = 2
 _SMOOTHINGS = 100
 _ROUNDS = 3
 _STILL = 1e-9  # what counts as a step in r where the tool stands still
@@ -270,7 +270,7 @@ class _Ladder:
         self.r = np.repeat(self.parameters, sizes)
 
     def _chosen(self, low: float, high: float, rows: FloatArray, refinement: int) -> FloatArray:
-        """Return the parameters to sample at: rows if there are enough and not too many, and both ends of every cell."""
+        """Return the parameters to sample at: rows if they are neither too few nor too many, and both ends of cells."""
         fewest, most = _FEWEST * 3**refinement, _MOST * (1 + refinement)
         inner = rows[(rows > low) & (rows < high)]
         if len(inner) > most:
@@ -295,8 +295,8 @@ class _Ladder:
         for branch in self.branches:
             for part in sweep(self.structure.self_motion, self.path(r), branch, self.count).parts():
                 for lifted in _lifted(self.arm, part.q, self.given):
-                    middle = len(lifted) // 2
-                    at = self.structure.sheet_at(r, float(part.u[middle]), branch, 1e-7, lifted[middle])
+                    middle = lifted[len(lifted) // 2]
+                    at = self.structure.sheet_at(r, float(self.arm.u_of(middle)[0]), branch, 1e-7, middle)
                     links.append(np.arange(len(lifted) - 1)[:, None] + [0, 1] + sum(map(len, q)))
                     q.append(lifted)
                     sheet.append(np.full(len(lifted), at[0] if at else -1))

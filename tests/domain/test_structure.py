@@ -477,3 +477,35 @@ def test_where_the_wrist_folds_onto_the_base_a_joint_is_free():
     assert structure.n_components == 1
     limited = sm.angle_domain(sm.PlanarArm([1, 1, 0.5], [None, (-2.5, 2.5), None]), structure.path).structure
     assert not [e for e in limited.events if e.kind == "singular"]
+
+
+@pytest.mark.parametrize("limits", [None, [None, (0, np.pi), None], [(-np.pi, np.pi)] * 3])
+@pytest.mark.parametrize("links", [[1, 1, 1], [1, 1, 0.5], [1, 0.8, 0.5], [30, 30, 20]])
+def test_a_path_that_only_touches_what_it_might_cross(links, limits):
+    """Lines whose middle touches an event circle about the base look like their neighbours a little aside."""
+    arm = sm.PlanarArm(links, limits)
+    for circle in event_circles(arm):
+        if circle.center.any() or not 0.1 < circle.radius < 0.9 * arm.reach:
+            continue
+        half = np.sqrt((0.95 * arm.reach) ** 2 - circle.radius**2)
+        touching, beyond = (
+            sm.angle_domain(arm, sm.Line([-half, y], [half, y])).structure
+            for y in (circle.radius, circle.radius * (1 + 1e-5))
+        )
+        assert touching.is_connected == beyond.is_connected, circle
+        for cell in touching.cells:
+            if cell.r[1] - cell.r[0] < 1e-6:
+                continue  # touches are known to the square root of rounding
+            r = np.linspace(*cell.r, 9)[1:-1]
+            r = r[np.abs(r - 0.5) > 1e-6]
+            assert all(f.names == cell.fibre.names for f in fibres(touching.self_motion, touching.path(r)))
+
+
+@pytest.mark.parametrize("limits", [None, [(-np.pi, np.pi)] * 3, [(-1, 1), None, None]])
+def test_a_path_that_stays_on_an_event_circle(limits):
+    """There the separators are rounding all along: nothing is crossed, and it takes no time to say so."""
+    arm = sm.PlanarArm([1, 0.8, 0.5], limits)
+    for circle in event_circles(arm):
+        if circle.radius > 0.05 and np.linalg.norm(circle.center) + circle.radius < arm.reach * 1.001:
+            structure = sm.angle_domain(arm, sm.Circle(circle.center, circle.radius)).structure
+            assert len(structure.cells) < 40

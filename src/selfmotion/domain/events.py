@@ -111,10 +111,8 @@ def changes(r: float, before: Fibre, after: Fibre, u: FloatArray) -> list[Change
     list of Change
         Each interval is in exactly one.
     """
-    # Circles whose turns are counted are told apart inside a cell by their names, but not from cell to cell.
-    names = [
-        {i.name: k for k, i in enumerate(fibre.intervals) if not (i.is_circle and i.turns)} for fibre in (before, after)
-    ]
+    # Where a seam comes next to an end, counted turns change number: such intervals are followed by their angles.
+    names = [{i.name: k for k, i in enumerate(fibre.intervals) if not i.turns} for fibre in (before, after)]
     result = [Change((k,), (names[1][name],)) for name, k in names[0].items() if name in names[1]]
     left = sorted(set(range(len(before.intervals))) - {change.before[0] for change in result})
     right = sorted(set(range(len(after.intervals))) - {change.after[0] for change in result})

@@ -246,7 +246,7 @@ def _cells(self_motion: SelfMotion, path: Path, look: _Look) -> tuple[list[Cell]
     middles = look(np.array([low + _LOOK * (high - low) for low, high in pairwise(edges)]))
     cells, kept = [Cell((0.0, edges[1]), middles[0])], []
     for cut, end, middle in zip(cuts, edges[2:], middles[1:], strict=True):
-        if middle.names == cells[-1].fibre.names and cut.free is None:
+        if middle.names == cells[-1].fibre.names and cut.free is None and not len(middle.turning):
             cells[-1] = Cell((cells[-1].r[0], end), cells[-1].fibre)
         else:
             kept.append(cut)
