@@ -214,7 +214,7 @@ def test_broken_motions_of_random_problems(part):
     """Where the domain connects start and end every motion is repaired; where not, each is named with its place."""
     rng = np.random.default_rng(70 + part)
     repaired = named = 0
-    while repaired < 20 or named < 5:
+    while repaired < 14 or named < 4:
         arm = random_arm(rng)
         if rng.random() < 0.4:  # limits of a turn and more
             spans = [None, (-np.pi, np.pi), (-2 * np.pi, 2 * np.pi), (-1.0, 6.0)]

@@ -34,6 +34,7 @@ _SMOOTHINGS = 100
 _ROUNDS = 3
 _STILL = 1e-9  # what counts as a step in r where the tool stands still
 _DETOURS = 40
+_TRUSTING = 4  # detours before every link is looked at
 _HALVINGS = 14
 _SHRINKS = 0.8
 _SAME = 1e-5  # postures nearer than this are one [rad]
@@ -340,9 +341,9 @@ class _Ladder:
         """Return directed links and their costs: along one self-motion either way, along the path only onward."""
         onward = [{k, *sheet.after} for k, sheet in enumerate(self.structure.sheets)]
         count = len(onward)
-        may = np.array(
-            [[b in onward[a] for b in range(count)] + [False] for a in range(count)] + [[False] * (count + 1)]
-        )
+        # Index −1, the last one: where the path only touches something, the sheet of a posture is not known.
+        may = np.ones((count + 1, count + 1), bool)
+        may[:count, :count] = [[b in onward[a] for b in range(count)] for a in range(count)]
         pairs = []
         for k, layer in enumerate(self.layers):
             still = layer.links + self.offsets[k]
@@ -355,6 +356,19 @@ class _Ladder:
         step = np.abs(_between(self.arm, self.q[edges[:, 0]], self.q[edges[:, 1]])).sum(axis=1)
         return edges, step + step**2 / _SPACING + 1e-9  # squares favour many small steps over a few large ones
 
+    def _sound(self, edges: IntArray) -> BoolArray:
+        """Return which links can be walked in quarters on the path: those that jump over a gap cannot."""
+        step = _between(self.arm, self.q[edges[:, 0]], self.q[edges[:, 1]])
+        along = self.r[edges[:, 1]] - self.r[edges[:, 0]]
+        good, before = np.ones(len(edges), bool), self.q[edges[:, 0]]
+        for quarter in (0.25, 0.5, 0.75, 1.0):
+            here = self.q[edges[:, 0]] + quarter * step
+            put, ok = on_path(self.problem, self.r[edges[:, 0]] + quarter * along, here)
+            walked = np.abs(_between(self.arm, before, put)).max(axis=1)
+            good &= ok & (walked <= 0.6 * np.abs(step).max(axis=1) + _SAME)
+            before = put
+        return good
+
     def shortest(self) -> Filled | None:
         """Return the shortest continuous motion, ends included; None if this ladder has none."""
         from scipy.sparse import csr_matrix
@@ -362,7 +376,10 @@ class _Ladder:
 
         edges, cost = self._edges()
         goals = self.last + self.offsets[-2]
-        for _ in range(_DETOURS):
+        for detour in range(_DETOURS):
+            if detour == _TRUSTING:
+                sound = self._sound(edges)
+                edges, cost = edges[sound], cost[sound]
             graph = csr_matrix((cost, edges.T), shape=(len(self.q), len(self.q)))
             distance, before, _ = dijkstra(graph, indices=self.first, return_predecessors=True, min_only=True)
             goal = int(goals[np.argmin(distance[goals])])
