@@ -59,3 +59,16 @@ def seed_file(tmp_path):
         return str(file)
 
     return write
+
+
+@pytest.fixture
+def run(capsys):
+    """The command line: arguments to exit code, stdout and stderr."""
+    from selfmotion.cli import _run
+
+    def call(*arguments):
+        code = _run(list(arguments))
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return call

@@ -10,17 +10,6 @@ import numpy as np
 import pytest
 
 import selfmotion
-from selfmotion.cli import _run
-
-
-@pytest.fixture
-def run(capsys):
-    def call(*arguments):
-        code = _run(list(arguments))
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return call
 
 
 def read(out):

@@ -7,20 +7,9 @@ import numpy as np
 import pytest
 
 import selfmotion as sm
-from selfmotion.cli import _run
 
 R = np.linspace(0, 1, 120)
 HEADER = "r,q1,q2,q3"
-
-
-@pytest.fixture
-def run(capsys):
-    def call(*arguments):
-        code = _run(list(arguments))
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return call
 
 
 @pytest.fixture

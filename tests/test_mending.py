@@ -1,17 +1,12 @@
 """Repair by self-motion: whatever comes out passes `judge`, whatever cannot is named with its place."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import selfmotion as sm
-from selfmotion.bridge import on_path
-from selfmotion.judgement import judge
-
-sys.path.insert(0, str(Path(__file__).parent / "domain"))
 from oracle import random_arm
+from selfmotion.judgement import judge
+from selfmotion.mending.filling import on_path
 
 R = np.linspace(0, 1, 200)
 U = 0.3 + 0.4 * np.sin(2 * np.pi * 0.54 * R)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.angles import wrap
 from selfmotion.errors import InvalidInputError
-from selfmotion.judgement import Tolerances, checked_motion, steps_allowed
+from selfmotion.judgement import Tolerances, measured
 from selfmotion.problem import Problem
 
 # A posture whose sin θ2 is nearer to zero is at a fold, where branches meet.
@@ -115,11 +115,12 @@ def connectivity(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Toler
         If shapes do not fit, r descends or leaves [0, 1], a value is not finite, or no row at all has its tool near the
         path.
     """
-    allowed = Tolerances.given(tolerances)
-    r, q = checked_motion(problem, r, q)
-    arm, limits = problem.arm, problem.arm.limits
-    miss = arm.task_error(q, problem.path(r))
-    excess = np.maximum(-limits.margin(q), 0.0)
+    motion = measured(problem, r, q, tolerances)
+    r, q, allowed, miss, steps, between = (
+        motion.r, motion.q, motion.allowed, motion.miss, motion.steps, motion.between
+    )  # fmt: skip
+    arm = problem.arm
+    excess = np.maximum(-motion.margins, 0.0)
     off = miss > allowed.tracking * arm.reach
     k = int(np.argmin(miss))
     if miss[k] > allowed.between * arm.reach:
@@ -133,11 +134,9 @@ def connectivity(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Toler
     if problem.elbow != "any":
         wrong = ~arm.is_on_branch(q, problem.elbow, _AT_FOLD)
     bad = off | outside | wrong
-    steps = np.abs(np.diff(q, axis=0))
-    between = arm.task_error(0.5 * (q[1:] + q[:-1]), problem.path(0.5 * (r[1:] + r[:-1])))
     good = ~bad[1:] & ~bad[:-1]
-    jumps = good & (steps.max(axis=1) > steps_allowed(r, steps, allowed.step))
-    coarse = good & ~jumps & (between > allowed.between * arm.reach)
+    jumps = good & motion.jumps
+    coarse = good & ~jumps & motion.coarse
     breaks = []
     for k in np.flatnonzero(bad).tolist():
         joint = int(np.argmax(excess[k]))

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from selfmotion._checks import finite_array, positive
-from selfmotion._types import FloatArray
-from selfmotion.angles import wrap
+from selfmotion._types import BoolArray, FloatArray
 from selfmotion.errors import InvalidInputError
 from selfmotion.problem import Problem
 from selfmotion.verification import ANGLE, Failure, elbow_failures, end_failures, finite_or_none
@@ -95,7 +94,7 @@ class Judgement:
         return not self.failures
 
 
-class _Sampled(NamedTuple):
+class Sampled(NamedTuple):
     """A motion under judgement and what is measured on it once."""
 
     problem: Problem
@@ -106,6 +105,16 @@ class _Sampled(NamedTuple):
     between: FloatArray
     margins: FloatArray
     steps: FloatArray
+
+    @property
+    def jumps(self) -> BoolArray:
+        """Which steps no continuous motion explains, shape (k − 1,)."""
+        return self.steps.max(axis=1) > steps_allowed(self.r, self.steps, self.allowed.step)
+
+    @property
+    def coarse(self) -> BoolArray:
+        """Within which steps the tool leaves the path, joints moving on straight lines, shape (k − 1,)."""
+        return self.between > self.allowed.between * self.problem.arm.reach
 
     def failure(self, check: str, row: int, value: float, limit: float, joint: int | None = None) -> Failure:
         """Return a failure at a row, counted from 0, and a joint, counted from 0."""
@@ -141,20 +150,8 @@ def judge(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Tolerances |
     start and end posture, closure of a cyclic motion, the whole of [0, 1] covered, and continuity. A step
     breaks continuity if it exceeds ``step``, or if it is eight times faster in r than the steps before and after it.
     """
-    allowed = Tolerances.given(tolerances)
-    arm, path = problem.arm, problem.path
-    r, q = checked_motion(problem, r, q)
-    halfway = 0.5 * (q[1:] + q[:-1])
-    motion = _Sampled(
-        problem,
-        r,
-        q,
-        allowed,
-        miss=arm.task_error(q, path(r)),
-        between=arm.task_error(halfway, path(0.5 * (r[1:] + r[:-1]))),
-        margins=arm.margins(q),
-        steps=np.abs(np.diff(q, axis=0)),
-    )
+    motion = measured(problem, r, q, tolerances)
+    r, q, allowed = motion.r, motion.q, motion.allowed
     checks = (_coverage, _tracking, _limits, _continuity, _elbow, _ends, _closure)
     return Judgement(
         max_tracking_error=float(motion.miss.max()),
@@ -169,21 +166,32 @@ def judge(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Tolerances |
     )
 
 
-def checked_motion(problem: Problem, r: ArrayLike, q: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return a sampled motion as arrays (k,) and (k, n), free joints made continuous; refuse what is none."""
-    r, q = finite_array("r", r, 1), finite_array("q", q, 2, problem.arm.n)
+def measured(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Tolerances | None = None) -> Sampled:
+    """Measure a sampled motion, free joints made continuous; refuse what is none. See :func:`judge`."""
+    arm = problem.arm
+    r, q = finite_array("r", r, 1), finite_array("q", q, 2, arm.n)
     if len(r) != len(q) or len(r) < 2 or r.min() < 0 or r.max() > 1 or (np.diff(r) < 0).any():
         raise InvalidInputError("r", "does not run through q inside [0, 1]", "give two rows or more, r not descending")
-    return r, np.where(problem.arm.limits.limited, q, np.unwrap(q, axis=0))
+    q = arm.limits.continuous(q)
+    return Sampled(
+        problem,
+        r,
+        q,
+        Tolerances.given(tolerances),
+        miss=arm.task_error(q, problem.path(r)),
+        between=arm.task_error(0.5 * (q[1:] + q[:-1]), problem.path(0.5 * (r[1:] + r[:-1]))),
+        margins=arm.margins(q),
+        steps=np.abs(np.diff(q, axis=0)),
+    )
 
 
-def _coverage(motion: _Sampled) -> Iterator[Failure]:
+def _coverage(motion: Sampled) -> Iterator[Failure]:
     for end, row in ((0.0, 0), (1.0, -1)):
         if abs(motion.r[row] - end) > _SAME:
             yield motion.failure("coverage", row, motion.r[row], end)
 
 
-def _tracking(motion: _Sampled) -> Iterator[Failure]:
+def _tracking(motion: Sampled) -> Iterator[Failure]:
     reach = motion.problem.arm.reach
     for check, errors, allowed in (
         ("tracking", motion.miss, motion.allowed.tracking),
@@ -194,13 +202,13 @@ def _tracking(motion: _Sampled) -> Iterator[Failure]:
             yield motion.failure(check, worst, errors[worst], allowed * reach)
 
 
-def _limits(motion: _Sampled) -> Iterator[Failure]:
+def _limits(motion: Sampled) -> Iterator[Failure]:
     for joint in np.flatnonzero(motion.margins.min(axis=0) < -motion.allowed.limit):
         worst = int(np.argmin(motion.margins[:, joint]))
         yield motion.failure("limits", worst, motion.margins[worst, joint], -motion.allowed.limit, int(joint))
 
 
-def _continuity(motion: _Sampled) -> Iterator[Failure]:
+def _continuity(motion: Sampled) -> Iterator[Failure]:
     """One failure at most: the largest step if too large, else the step that stands out most from its neighbours."""
     size, allowed = motion.steps.max(axis=1), steps_allowed(motion.r, motion.steps, motion.allowed.step)
     too_large = size > motion.allowed.step
@@ -235,20 +243,20 @@ def steps_allowed(r: FloatArray, steps: FloatArray, largest: float) -> FloatArra
     return np.minimum(np.maximum(usual, _ODD_STEP), largest)
 
 
-def _elbow(motion: _Sampled) -> Iterator[Failure]:
+def _elbow(motion: Sampled) -> Iterator[Failure]:
     yield from elbow_failures(motion.problem, motion.r, motion.q)
 
 
-def _ends(motion: _Sampled) -> Iterator[Failure]:
+def _ends(motion: Sampled) -> Iterator[Failure]:
     yield from end_failures(motion.problem, motion.q)
 
 
-def _closure(motion: _Sampled) -> Iterator[Failure]:
+def _closure(motion: Sampled) -> Iterator[Failure]:
     if not motion.problem.cyclic:
         return
     gap = motion.q[-1] - motion.q[0]
     if motion.problem.cyclic == "modulo":
-        gap = np.where(motion.problem.arm.limits.limited, gap, wrap(gap))
+        gap = motion.problem.arm.limits.steps(motion.q[0], motion.q[-1])
     joint = int(np.argmax(np.abs(gap)))
     if abs(gap[joint]) > ANGLE:
         yield motion.failure("closure", -1, abs(gap[joint]), ANGLE, joint)

@@ -151,7 +151,7 @@ def end_failures(problem: Problem, q: FloatArray) -> list[Failure]:
         if posture.q is None:
             off = np.abs(wrap(arm.u_of(q[k]) - posture.u))
         else:
-            off = np.abs(np.where(arm.limits.limited, q[k] - posture.q, wrap(q[k] - posture.q)))
+            off = np.abs(arm.limits.steps(posture.q, q[k]))
         if off.max() > ANGLE:
             failures.append(Failure(name, r, float(off.max()), ANGLE, row=k + 1))
     return failures

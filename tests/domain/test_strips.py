@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from oracle import random_arm, random_path
 
 import selfmotion as sm
+from oracle import random_arm, random_path
 from selfmotion.domain.strips import strips
 
 CASES = {
@@ -107,3 +107,23 @@ def test_intervals_that_differ_in_turns_only_are_one_strip():
         assert len(names) > len(set(names))
         at_start = [strip.ends for strip in strips(domain.structure, branch) if strip.r[0] == 0.0]
         assert sorted(at_start) == sorted(set(names))
+
+
+def test_a_path_that_winds_about_the_base_carries_whole_intervals_with_it():
+    """Directions turn by several π over one cell: both ends of a strip must be lifted from the same place."""
+    rng = np.random.default_rng(0)
+    compared = 0
+    for _ in range(300):
+        arm = random_arm(rng)
+        reach = arm.links[:3].sum()
+        center = arm.annulus[0] + rng.uniform(-0.1, 0.1, 2) * reach
+        path = sm.Ellipse(center, np.array([1, 0.9]) * rng.uniform(0.3, 0.75) * reach, sweep=rng.uniform(6, 20))
+        domain = sm.angle_domain(arm, path)
+        for branch in (0, 1):
+            for strip in strips(domain.structure, branch):
+                k = len(strip.r) // 3
+                here = domain(float(strip.r[k]), branch)
+                if not strip.is_circle and len(here) == 1:
+                    assert strip.high[k] - strip.low[k] == pytest.approx(here.measure, abs=1e-6)
+                    compared += 1
+    assert compared > 300

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from selfmotion._checks import contains_text, number, read_only
 from selfmotion._types import BoolArray, FloatArray, IntArray, Limits
-from selfmotion.angles import TAU, nearest_turn, unwrap
+from selfmotion.angles import TAU, nearest_turn, unwrap, wrap
 from selfmotion.errors import InvalidInputError
 
 
@@ -92,6 +92,14 @@ class JointLimits:
         """
         angles = np.asarray(q, dtype=float)
         return np.minimum(angles - self.lower, self.upper - angles)
+
+    def steps(self, q: FloatArray, to: FloatArray) -> FloatArray:
+        """Return the joint steps from `q` to `to`, shape (..., n): real for limited joints, modulo 2π for free ones."""
+        return np.where(self.limited, to - q, wrap(to - q))
+
+    def continuous(self, q: FloatArray) -> FloatArray:
+        """Return sampled postures (k, n) with free joints made continuous; limited ones stay as they stand."""
+        return np.where(self.limited, q, np.unwrap(q, axis=0))
 
     def excess(self, q: ArrayLike) -> FloatArray:
         """Return by how much each joint misses its limits when whole turns are free.

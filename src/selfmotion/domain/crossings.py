@@ -2,8 +2,8 @@
 
 Along each smooth piece of the path every function is represented by its Chebyshev interpolant, pieces being halved
 until the coefficients fall to rounding (Trefethen, Approximation Theory and Approximation Practice, 2013, chapters 3
-and 18); roots are the eigenvalues of the colleague matrix, then polished on the function itself. Two roots that nearly
-fall together are looked for on both sides of the extremum between them.
+and 18); roots are the eigenvalues of the colleague matrix, then polished on the function itself. Two roots that are d
+apart, in half-widths of a piece, are told apart while d² is above the rounding of the coefficients.
 """
 
 from __future__ import annotations

@@ -73,7 +73,7 @@ class Event:
     def text(self, branches: tuple[str, ...]) -> str:
         """Return the event as a line for people; `branches` are the arm's names of its branches."""
         where = "" if self.branch is None else f", {branches[self.branch]} elbow"
-        why = "".join(f": {' and '.join(map(str, self.causes))}" for _ in self.causes[:1])
+        why = f": {' and '.join(map(str, self.causes))}" if self.causes else ""
         before = f" instead of {' and '.join(map(str, self.instead_of))}" if self.instead_of else ""
         return f"r = {self.r:.10f}: {WORDS[self.kind]} at u = {self.u:.6f}{where}{why}{before}"
 

@@ -76,13 +76,13 @@ def _of_cell(structure: DomainStructure, cell: Cell, branch: int) -> list[Strip]
         return []
     columns = sorted({end[0] for ends in mine for end in ends if end})
     r, u = _followed(structure, cell, columns)
-    middle = int(np.searchsorted(r, 0.5 * sum(cell.r)))
+    looked = int(np.searchsorted(r, cell.look))
 
     def curve(end: End, at: float) -> FloatArray:
         if not end:
             return np.full(len(r), at)
         values = u[:, columns.index(end[0])]
-        return values + TAU * np.rint((at - values[middle]) / TAU)
+        return values + TAU * np.rint((at - values[looked]) / TAU)
 
     found = []
     for ends, (interval, sheet) in mine.items():
@@ -98,14 +98,14 @@ def _causes(cell: Cell, end: End) -> tuple[Cause, ...]:
 
 
 def _followed(structure: DomainStructure, cell: Cell, columns: list[int]) -> tuple[FloatArray, FloatArray]:
-    """Return places through a cell, its ends and middle among them, and the breakpoints there without whole turns."""
+    """Return places through a cell, that of its look among them, and the breakpoints there, continuous."""
 
     def at(r: FloatArray) -> FloatArray:
         motion = structure.self_motion
         return motion.breakpoints(motion.pose(structure.path(r))).u[:, columns]
 
     low, high = cell.r
-    r = np.concatenate([[low], 0.5 * (low + high) + 0.5 * (high - low) * _SINE[1:-1], [high]])
+    r = np.unique(np.concatenate([[low, cell.look, high], 0.5 * (low + high) + 0.5 * (high - low) * _SINE[1:-1]]))
     u = _without_gaps(at(r))
     for _ in range(_ROUNDS):
         apart = np.abs(np.angle(np.exp(1j * np.diff(u, axis=0)))).max(axis=1, initial=0.0) > _MOVED

@@ -7,8 +7,8 @@ along the path are compared instead, and changes between two of them bisected.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain, pairwise, product
 from typing import NamedTuple
@@ -45,13 +45,16 @@ class Cell:
     Attributes
     ----------
     r : tuple of float
+    look : float
+        Where inside the self-motion was looked at.
     fibre : Fibre
-        The self-motion somewhere inside.
+        The self-motion there.
     sheets : tuple of int
         Per component of the fibre, the sheet that it belongs to.
     """
 
     r: tuple[float, float]
+    look: float
     fibre: Fibre
     sheets: tuple[int, ...] = ()
 
@@ -118,7 +121,7 @@ class DomainStructure:
             for cut, pair, u in zip(self._cuts, beside, at, strict=True)
         ]
         self.sheets, parts = _sheets(cells, self._changes)
-        self.cells = tuple(Cell(cell.r, cell.fibre, mine) for cell, mine in zip(cells, parts, strict=True))
+        self.cells = tuple(replace(cell, sheets=mine) for cell, mine in zip(cells, parts, strict=True))
         self.events = self._all_events()
 
     @property
@@ -179,8 +182,11 @@ class DomainStructure:
         """Where the last part that leads on from r = 0 dies, and why; None if it leads to r = 1."""
         if self.is_connected:
             return None
-        first = [k for k, sheet in enumerate(self.sheets) if sheet.r[0] <= 0.0]
-        r = max((self.sheets[j].r[1] for k in first for j in self.reachable[k]), default=0.0)
+        return self.farthest(k for k, sheet in enumerate(self.sheets) if sheet.r[0] <= 0.0)
+
+    def farthest(self, sheets: Iterable[int]) -> tuple[float, tuple[Cause, ...]]:
+        """Return how far along the path a motion gets from any of `sheets`, and what ends it there."""
+        r = max((self.sheets[j].r[1] for k in sheets for j in self.reachable[k]), default=0.0)
         dying = [event.causes for event in self.events if event.r == r and event.kind == _ENDINGS[0]]
         return r, tuple(dict.fromkeys(chain.from_iterable(dying)))
 
@@ -243,14 +249,15 @@ def _cells(self_motion: SelfMotion, path: Path, look: _Look) -> tuple[list[Cell]
     else:
         cuts = _compared(look, path.grid(_GRID))
     edges = [0.0, *(cut.r for cut in cuts), 1.0]
-    middles = look(np.array([low + _LOOK * (high - low) for low, high in pairwise(edges)]))
-    cells, kept = [Cell((0.0, edges[1]), middles[0])], []
-    for cut, end, middle in zip(cuts, edges[2:], middles[1:], strict=True):
-        if middle.names == cells[-1].fibre.names and cut.free is None and not len(middle.turning):
-            cells[-1] = Cell((cells[-1].r[0], end), cells[-1].fibre)
+    looks = [low + _LOOK * (high - low) for low, high in pairwise(edges)]
+    parts = [Cell(*found) for found in zip(pairwise(edges), looks, look(np.array(looks)), strict=True)]
+    cells, kept = parts[:1], []
+    for cut, part in zip(cuts, parts[1:], strict=True):
+        if part.fibre.names == cells[-1].fibre.names and cut.free is None and not len(part.fibre.turning):
+            cells[-1] = replace(cells[-1], r=(cells[-1].r[0], part.r[1]))
         else:
             kept.append(cut)
-            cells.append(Cell((cut.r, end), middle))
+            cells.append(part)
     return cells, kept
 
 

@@ -67,8 +67,7 @@ def draw_sampled_joints(
     q : array, shape (k, n)
     breaks : sequence of Break, optional
     """
-    limited = problem.arm.limits.limited
-    q = np.where(limited, q, np.unwrap(q, axis=0))
+    q = problem.arm.limits.continuous(q)
     last = len(r) - 1
     for found in breaks:
         low, high = found.row - 1, min(found.row, last)

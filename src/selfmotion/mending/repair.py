@@ -17,13 +17,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from selfmotion._checks import number
-from selfmotion._types import BoolArray, FloatArray, IntArray
-from selfmotion.angles import wrap
+from selfmotion._types import BoolArray, FloatArray
 from selfmotion.breaks import Break, connectivity
-from selfmotion.bridge import PLAN_ANEW, bridge, on_path, refined
-from selfmotion.domain import DomainStructure
 from selfmotion.errors import UnrepairableError
-from selfmotion.judgement import Judgement, Tolerances, checked_motion, judge, steps_allowed
+from selfmotion.judgement import Judgement, Tolerances, judge, measured
+from selfmotion.mending.bridge import PLAN_ANEW, bridge
+from selfmotion.mending.filling import on_path, refined
 from selfmotion.problem import Posture, Problem
 
 # Nothing is called impossible that limits wider by this would allow [rad].
@@ -101,7 +100,7 @@ def repair(
     allowed = Tolerances.given(tolerances)
     problem.arm.self_motion()  # refuses another degree of redundancy
     worth = number("keep", keep, 0.0)
-    r, q = checked_motion(problem, r, q)
+    r, q = measured(problem, r, q, allowed)[1:3]
     before = connectivity(problem, r, q, allowed).breaks
     on = _put_on_path(problem, r, q, allowed)
     found = _mended(problem, r, on, allowed, worth)
@@ -140,10 +139,8 @@ def _mended(problem: Problem, r: FloatArray, q: FloatArray, allowed: Tolerances,
 
 def _wanting(problem: Problem, r: FloatArray, q: FloatArray, allowed: Tolerances) -> BoolArray:
     """Return the steps that :func:`judge` would not accept."""
-    steps = np.abs(np.where(problem.arm.limits.limited, np.diff(q, axis=0), wrap(np.diff(q, axis=0))))
-    between = problem.arm.task_error(q[:-1] + 0.5 * (q[1:] - q[:-1]), problem.path(0.5 * (r[1:] + r[:-1])))
-    too_large = steps.max(axis=1) > steps_allowed(r, steps, allowed.step)
-    return too_large | (between > allowed.between * problem.arm.reach)
+    motion = measured(problem, r, q, allowed)
+    return motion.jumps | motion.coarse
 
 
 def _put_on_path(problem: Problem, r: FloatArray, q: FloatArray, allowed: Tolerances) -> FloatArray:
@@ -213,8 +210,7 @@ class _Rows:
                 kept[rows] = True
                 parts.append((self.r[rows], self.q[rows]))
         r, q = (np.concatenate(columns) for columns in zip(*parts, strict=True))
-        q = np.where(self.problem.arm.limits.limited, q, np.unwrap(q, axis=0))
-        return r, q, kept[self.before : self.before + self.count]
+        return r, self.problem.arm.limits.continuous(q), kept[self.before : self.before + self.count]
 
     def _follows(self, before: _Piece | None, after: _Piece | None) -> bool:
         """Return whether nothing is missing between two pieces, or between a piece and an end of the path."""
@@ -248,16 +244,14 @@ def _chain(problem: Problem, rows: _Rows, keep: float) -> list[_Piece]:
     last = np.array([sheet.r[1] >= 1.0 for sheet in structure.sheets], bool)
     from_start, to_end = np.asarray(onward[first].any(axis=0)), np.asarray(onward[:, last].any(axis=1))
     if not (from_start & to_end).any():
-        raise _blocked(problem, structure, np.flatnonzero(from_start))
+        raise _blocked(problem, np.flatnonzero(from_start).tolist())
     at_first, at_last, sheets = np.array(pieces, int).reshape(-1, 3).T
     begins, ends, entry, leave = rows.r[at_first], rows.r[at_last], rows.q[at_first], rows.q[at_last]
-    limited = problem.arm.limits.limited
     cost, before = np.full(len(pieces), np.inf), np.full(len(pieces), -1)
     for k in range(len(pieces)):
         if from_start[sheets[k]] and (k == 0 or not rows.must_start):
             cost[k] = keep * begins[k]
-        step = entry[k] - leave[:k]
-        travel = np.abs(np.where(limited, step, wrap(step))).sum(axis=-1)
+        travel = np.abs(problem.arm.limits.steps(leave[:k], entry[k])).sum(axis=-1)
         ways = np.where(onward[sheets[:k], sheets[k]], cost[:k] + travel + keep * (begins[k] - ends[:k]), np.inf)
         if k and ways.min() < cost[k]:
             before[k] = int(np.argmin(ways))
@@ -268,24 +262,25 @@ def _chain(problem: Problem, rows: _Rows, keep: float) -> list[_Piece]:
     if not rows.must_start and not rows.must_end and (not len(total) or total.min() >= keep):
         return []
     if not len(total) or not np.isfinite(total.min()):
-        raise _blocked(problem, structure, np.flatnonzero(onward[sheets[0]]) if len(sheets) else np.empty(0, int))
+        raise _blocked(problem, sheets[:1].tolist())
     chain = [int(np.argmin(total))]
     while before[chain[-1]] >= 0:
         chain.append(int(before[chain[-1]]))
     return [pieces[k] for k in reversed(chain)]
 
 
-def _blocked(problem: Problem, structure: DomainStructure, reached: IntArray) -> UnrepairableError:
-    """Return the error that says how far any continuous motion gets, and what stops it."""
-    r = max((structure.sheets[k].r[1] for k in reached), default=0.0)
-    ends = [event for event in structure.events if event.r == r and event.kind == "component dies"]
-    causes = list(dict.fromkeys(str(cause) for event in ends for cause in event.causes))
-    why = f", where the last part of the self-motion that it can be on ends: {' and '.join(causes)}" if causes else ""
+def _blocked(problem: Problem, sheets: list[int]) -> UnrepairableError:
+    """Return the error that says how far a motion from any of `sheets` gets, and what stops it."""
+    r, causes = problem.structure.farthest(sheets)
+    if r >= 1.0:  # only the end posture is on another sheet
+        message = "no continuous motion joins the start and the end posture"
+        return UnrepairableError(message, "ask for another start or end", r, proved=False)
+    why = f", where the last part of the self-motion that it can be on ends: {' and '.join(map(str, causes))}"
+    message = f"no continuous motion follows the path from its start to its end: it gets to r = {r:.10g}"
     wider = Problem(problem.arm.relaxed(_SLACK), problem.path, elbow=problem.elbow)  # type: ignore[arg-type]
-    proved = not wider.structure.is_connected
     return UnrepairableError(
-        f"no continuous motion follows the path from its start to its end: it gets to r = {r:.10g}{why}",
+        message + (why if causes else ""),
         "widen the limits, move the path, or split it there",
         r,
-        proved,
+        proved=not wider.structure.is_connected,
     )
