@@ -3,11 +3,11 @@
 import itertools
 
 import numpy as np
-from oracle import Arms, random_arm
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 import selfmotion as sm
+from oracle import Arms, random_arm
 from selfmotion.domain.fibre import fibres
 
 TAU = 2 * np.pi

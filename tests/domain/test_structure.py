@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from oracle import Arms, as_complex, column_of, random_arm, random_path
 from scipy import ndimage
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 import selfmotion as sm
+from oracle import Arms, as_complex, column_of, random_arm, random_path
 from selfmotion.arms.event_circles import event_circles
 from selfmotion.domain import AngleDomain
 from selfmotion.domain.fibre import fibres
