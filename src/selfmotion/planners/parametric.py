@@ -68,11 +68,24 @@ class Candidates:
         arm = self.problem.arm
         q, margin = arm.solve_with_margin(self._x, self.profile(population, self._r), self.branch)
         lifted = arm.limits.lift(q, self._start)
-        short = np.maximum(-margin.min(axis=1), 0.0) / arm.reach
-        violation = np.where(short > _ROUNDING, short, 0.0)
-        violation += np.where(lifted.excess > _ROUNDING, lifted.excess, 0.0).sum(axis=1)
         cost = self.problem.objective.sampled(lifted.q, self._r, self.problem.weights)
-        return penalised(cost, violation)
+        return penalised(cost, outside(margin / arm.reach, lifted.excess))
+
+
+def outside(margin: FloatArray, excess: FloatArray) -> FloatArray:
+    """Return how far sampled motions leave the angle domain, shape (p,), zero inside.
+
+    Parameters
+    ----------
+    margin : array, shape (p, k)
+        Signed distance to the limit of reach, in parts of the reach.
+    excess : array, shape (p, n)
+        Overrun of each joint [rad].
+    """
+    short = np.maximum(-margin.min(axis=1), 0.0)
+    violation = np.where(short > _ROUNDING, short, 0.0)
+    violation += np.where(excess > _ROUNDING, excess, 0.0).sum(axis=1)
+    return violation
 
 
 class _Found(NamedTuple):
@@ -106,6 +119,14 @@ class Parametric(Planner):
     def profile_for(self, problem: Problem) -> Profile:
         """Return the profile family to search for this problem."""
 
+    def candidates_for(self, problem: Problem, profile: Profile, branch: int) -> Candidates:
+        """Return what judges a population on one branch."""
+        return Candidates(problem, profile, branch)
+
+    def holds(self, problem: Problem, motion: Motion) -> bool:
+        """Return whether a motion that holds at the samples also does between them."""
+        return verify_motion(problem, motion).holds
+
     def with_seed(self, seed: int) -> Self:
         """Return the same planner with another random seed."""
         other = copy.copy(self)
@@ -123,7 +144,7 @@ class Parametric(Planner):
         branches = self._starting_branches(problem, profile)
         results = {
             branch: self.optimizer.minimize(
-                Candidates(problem, profile, branch),
+                self.candidates_for(problem, profile, branch),
                 len(profile.parameter_names),
                 _shifted(progress, k * self.optimizer.iterations, len(branches) * self.optimizer.iterations),
             )
@@ -219,7 +240,7 @@ class Parametric(Planner):
 
             nodes = max(2 * problem.samples, int(16 * profile.cycles(a)))
             motion = Motion(problem.arm, problem.path, curve, candidate.branch, nodes, start)
-            if verify_motion(problem, motion).holds:
+            if self.holds(problem, motion):
                 return candidate, motion
         raise NothingFeasibleError(
             f"{len(found)} of {evaluations} candidates hold at the samples, but the best "
