@@ -1,4 +1,4 @@
-"""Paths made from paths: moved, reversed, joined end to end, run at constant speed."""
+"""Paths made from paths: moved, reversed, joined end to end, seen from a moving point, run at constant speed."""
 
 from __future__ import annotations
 
@@ -140,6 +140,38 @@ class Concatenation(Path):
             local = (r[mine] - self.ends[k]) / share
             result[mine] = part(local, order) / share**order
         return result
+
+
+class Relative(Path):
+    """A path as seen from a point that runs along another one at the same r, its axes parallel to the world's.
+
+    Parameters
+    ----------
+    path, origin : Path
+
+    Notes
+    -----
+    ``x(r) − o(r)``, and so are its derivatives. No problem file names it: the tool's path is one of the world.
+    """
+
+    kind = "relative"
+
+    def __init__(self, path: Path, origin: Path) -> None:
+        self.path = path
+        self.origin = origin
+
+    @property
+    def breaks(self) -> FloatArray:
+        """Those of either path."""
+        return np.union1d(self.path.breaks, self.origin.breaks)
+
+    @property
+    def waypoints(self) -> FloatArray:
+        """Those of either path."""
+        return np.union1d(self.path.waypoints, self.origin.waypoints)
+
+    def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
+        return self.path(r, order) - self.origin(r, order)
 
 
 class ArcLength(Path):

@@ -8,11 +8,13 @@ from __future__ import annotations
 from selfmotion.errors import InvalidInputError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
+from selfmotion.planners.chain import module_problems
+from selfmotion.planners.modules import Modules
 from selfmotion.planners.parametric import Candidates, Parametric, Sinusoid
 from selfmotion.plans import Plan
 from selfmotion.problem import Problem
 
-PLANNERS: dict[str, type[Planner]] = {planner.kind: planner for planner in (Sinusoid,)}
+PLANNERS: dict[str, type[Planner]] = {planner.kind: planner for planner in (Sinusoid, Modules)}
 """Every planner by the ``kind`` of a problem file."""
 
 
@@ -46,4 +48,4 @@ def plan(problem: Problem, planner: Planner, progress: Progress | None = None) -
     return planner.plan(problem, progress)
 
 
-__all__ = ["PLANNERS", "Candidates", "Parametric", "Plan", "Planner", "Sinusoid", "plan"]
+__all__ = ["PLANNERS", "Candidates", "Modules", "Parametric", "Plan", "Planner", "Sinusoid", "module_problems", "plan"]

@@ -1,0 +1,286 @@
+"""The seed's planner for many links: modules of three on given moving bases, planned one after the other (VI-B)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, Literal, Self
+
+import numpy as np
+
+from selfmotion._checks import angles, choice
+from selfmotion._types import FloatArray, Vector
+from selfmotion.arms import JointLimits
+from selfmotion.errors import InvalidInputError, NothingFeasibleError
+from selfmotion.motion import Motion
+from selfmotion.optimizers import Optimizer, Progress, penalised
+from selfmotion.paths import Path
+from selfmotion.planners.base import Planner
+from selfmotion.planners.chain import Chain, refuse_what_modules_cannot_keep, true_joints
+from selfmotion.planners.parametric import Candidates, Sinusoid
+from selfmotion.plans import Plan
+from selfmotion.problem import Problem
+from selfmotion.profiles import Profile
+from selfmotion.verification import verify_motion
+
+
+class ModuleCandidates(Candidates):
+    """What a population of coefficient vectors costs in a module that another one carries.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of the module.
+    profile : Profile
+    branch : int
+    limits : JointLimits
+        Of the module's true joints.
+    behind : callable
+        Direction of the link that carries the module at r (k,), shape (k,) [rad].
+    absolute : bool
+        Whether the cost counts the first joint as an absolute angle.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        profile: Profile,
+        branch: int,
+        limits: JointLimits,
+        behind: Callable[[FloatArray], FloatArray],
+        absolute: bool,
+    ) -> None:
+        super().__init__(problem, profile, branch)
+        self._limits = limits
+        self._behind = behind(self._r)
+        self._absolute = absolute
+
+    def _block(self, population: FloatArray) -> FloatArray:
+        u = self.profile(population, self._r)
+        q, violation = true_joints(self.problem, self._limits, self._x, u, self.branch, self._behind)
+        if self._absolute:
+            q[..., 0] += self._behind
+        return penalised(self.problem.objective.sampled(q, self._r, self.problem.weights), violation)
+
+
+class _Module(Sinusoid):
+    """Plans the next module of a chain, judged with its true joints and with the modules before it."""
+
+    def __init__(
+        self, offset: float, amplitude: float, optimizer: Optimizer, chain: Chain, before: list[Motion], absolute: bool
+    ) -> None:
+        super().__init__([offset], amplitude=[amplitude], optimizer=optimizer)
+        self._chain = chain
+        self._before = before
+        self._absolute = absolute
+
+    def candidates_for(self, problem: Problem, profile: Profile, branch: int) -> Candidates:
+        """Return what judges a population on one branch."""
+        i = len(self._before)
+        if i == 0:
+            return super().candidates_for(problem, profile, branch)
+        carrier = self._before[-1]
+        return ModuleCandidates(
+            problem, profile, branch, self._chain.limits[i], lambda r: carrier.u(r)[:, 0], self._absolute
+        )
+
+    def holds(self, problem: Problem, motion: Motion) -> bool:
+        """Return whether the arm up to and with this module moves as it may."""
+        together = [*self._before, motion]
+        part = self._chain.first(len(together))
+        return verify_motion(part, self._chain.motion(together)).holds
+
+
+class Modules(Planner):
+    """The seed's moving base for a planar arm of 3k links: a sinusoid in each module of three.
+
+    Parameters
+    ----------
+    moving_bases : sequence of Path
+        k − 1 paths at the same r as the tool's: of the end of module 1, 2, …, k − 1, where the next one begins.
+    offset : array_like, shape (k,)
+        Absolute direction of each module's last link at r = 0, θ_gi [rad].
+    amplitude : array_like, shape (k,)
+        A of each module [rad], none zero.
+    optimizer : Optimizer
+        Searches the frequency of one module after the other.
+    first_joints : {"relative", "absolute"}
+        How the first joint of modules 2, 3, … counts in the cost of a module: as the true joint, or as an absolute
+        angle, as in the paper's Fig. 17.
+
+    Raises
+    ------
+    InvalidInputError
+        If offset and amplitude differ in length, or an amplitude is zero.
+
+    Notes
+    -----
+    The end of module i keeps to ``b_i(r)``, so that each module is a 3R arm that follows ``b_i(r) − b_{i−1}(r)`` in a
+    frame with axes parallel to the world's (section IV-A, Figs. 13 and 14), and (22) gives the direction of its last
+    link, ``u_i(r) = offset_i + amplitude_i sin(2π f_i r)``. Modules are planned in order, so the direction of the
+    link that carries a module is known when its turn comes: the true first joint is the direction of its first link
+    less ``u_{i−1}(r)``. Limits of that joint are limits of the true one in both readings.
+
+    Module 1 has the elbow that the problem asks for. Later modules are searched on both elbows that their offset may
+    start on, each with the whole budget. Module 1 searches with the optimizer's seed s, module i with the first word
+    that ``numpy.random.SeedSequence([s, i − 1])`` generates.
+
+    The answer is a motion of the whole arm in true joints. The next module builds on a module's best candidate that,
+    together with the modules before it, holds between the samples too.
+    """
+
+    kind = "modules"
+
+    def __init__(
+        self,
+        moving_bases: Sequence[Path],
+        offset: Vector,
+        amplitude: Vector,
+        optimizer: Optimizer,
+        first_joints: Literal["relative", "absolute"] = "relative",
+    ) -> None:
+        if isinstance(moving_bases, Path) or not all(isinstance(base, Path) for base in moving_bases):
+            raise InvalidInputError("moving_bases", "is not a list of paths", "give one path per module but the last")
+        if not isinstance(optimizer, Optimizer):
+            raise InvalidInputError("optimizer", "is not an optimizer", "give one, such as PSO(…)", optimizer)
+        self.moving_bases = tuple(moving_bases)
+        self.offset = angles("offset", offset)
+        self.amplitude = angles("amplitude", amplitude, len(self.offset))
+        if not self.amplitude.all():
+            module = int(np.argmin(np.abs(self.amplitude))) + 1
+            reason = f"is zero for module {module}: no frequency changes its curve"
+            raise InvalidInputError("amplitude", reason, "give one that is not", amplitude)
+        self.optimizer = optimizer
+        self.first_joints = choice("first_joints", first_joints, ("relative", "absolute"))
+
+    def with_seed(self, seed: int) -> Self:
+        """Return the same planner with another random seed."""
+        return type(self)(
+            self.moving_bases,
+            self.offset,
+            self.amplitude,
+            self.optimizer.with_seed(seed),
+            self.first_joints,  # type: ignore[arg-type]
+        )
+
+    def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
+        """Plan a motion; see :meth:`Planner.plan`.
+
+        Raises
+        ------
+        InvalidInputError
+            If the arm has another number of links than 3k, something is not given once per module, an offset is outside
+            the angle domain, or a moving base leaves what the modules before and after it can reach.
+        InfeasibleError
+            If the whole arm cannot follow the path.
+        NothingFeasibleError
+            If in some module no candidate is feasible.
+        """
+        began = time.perf_counter()
+        chain = Chain(problem, self.moving_bases)
+        if len(self.offset) != chain.count:
+            reason = f"has {len(self.offset)} entries for {chain.count} modules of three links"
+            raise InvalidInputError("planner.offset", reason, "give offset and amplitude once per module")
+        refuse_what_modules_cannot_keep(problem, self.kind)
+        chain.refuse_blocked()
+        branches = chain.starting_branches(self.offset)
+        searches = [len(some) for some in branches]
+        plans: list[Plan] = []
+        for i, module in enumerate(chain.modules):
+            done, total = self.optimizer.iterations * np.cumsum([0, *searches])[[i, -1]]
+            plans.append(self._plan_next(chain, module, plans, _counting(progress, int(done), int(total))))
+        motion = chain.motion([plan.motion for plan in plans])
+        plan = Plan(
+            problem,
+            motion,
+            self.kind,
+            {},
+            sum(module.evaluations for module in plans),
+            history=tuple(history for module in plans for history in module.history),
+        )
+        plan.parameters.update(self._parameters(plan, plans, branches))
+        plan.wall_time_s = time.perf_counter() - began
+        return plan
+
+    def _plan_next(self, chain: Chain, module: Problem, before: list[Plan], progress: Progress | None) -> Plan:
+        i = len(before)
+        optimizer = self.optimizer if i == 0 else self.optimizer.with_seed(_derived(self.optimizer.seed, i))
+        planner = _Module(
+            float(self.offset[i]),
+            float(self.amplitude[i]),
+            optimizer,
+            chain,
+            [plan.motion for plan in before],
+            self.first_joints == "absolute",
+        )
+        try:
+            return planner.plan(module, progress)
+        except NothingFeasibleError as error:
+            raise NothingFeasibleError(
+                f"module {i + 1}: {error.message}", error.remedy, error.evaluations, error.least_violation
+            ) from None
+
+    def _parameters(self, plan: Plan, plans: list[Plan], branches: list[list[int]]) -> dict[str, Any]:
+        """Return what was chosen, and what each module costs in both readings."""
+        names = plan.problem.arm.branches
+        modules = [
+            {
+                "f": module.parameters["f"],
+                "offset": float(self.offset[i]),
+                "amplitude": float(self.amplitude[i]),
+                "elbow": module.parameters["elbow"],
+                "elbows_searched": [names[branch] for branch in branches[i]],
+                "seed": module.parameters["optimizer"]["seed"],
+                **module_costs(plan, module.problem, module.motion, i),
+            }
+            for i, module in enumerate(plans)
+        ]
+        return {
+            **{f"f{i + 1}": module["f"] for i, module in enumerate(modules)},
+            "elbow": modules[0]["elbow"],
+            "modules": modules,
+            "first_joints": self.first_joints,
+            "optimizer": {"kind": self.optimizer.kind, **self.optimizer.settings()},
+        }
+
+
+def module_costs(plan: Plan, module: Problem, motion: Motion, i: int) -> dict[str, dict[str, float]]:
+    """Return a module's share of a plan's cost, as chord sum and as integral, in both readings of its first joint.
+
+    Parameters
+    ----------
+    plan : Plan
+        Of the whole arm.
+    module : Problem
+    motion : Motion
+        Of the module, its first joint absolute.
+    i : int
+        The module, counted from 0.
+    """
+    alone = Plan(module, motion, plan.planner, {})
+    grid, weights = plan.problem.grid, np.zeros(plan.problem.arm.n)
+    weights[3 * i : 3 * i + 3] = module.weights
+    objective = plan.problem.objective
+    edges = plan.problem.path.grid(max(64, plan.problem.samples // 4))
+    return {
+        "cost_sampled": {
+            "absolute": alone.cost_sampled,
+            "true": float(objective.sampled(plan(grid), grid, weights)),
+        },
+        "cost": {
+            "absolute": alone.cost,
+            "true": objective.integral(plan.rates, np.union1d(edges, module.path.breaks), weights).value,
+        },
+    }
+
+
+def _derived(seed: int, i: int) -> int:
+    """Return the seed of module i > 0."""
+    return int(np.random.SeedSequence([seed, i]).generate_state(1)[0])
+
+
+def _counting(progress: Progress | None, before: int, total: int) -> Progress | None:
+    """Return `progress` counting on from `before` towards `total`."""
+    if progress is None:
+        return None
+    return lambda done, _, best: progress(before + done, total, best)
