@@ -8,7 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from selfmotion._types import FloatArray
-from selfmotion.arms import PlanarArm
+from selfmotion.angles import TAU
+from selfmotion.arms import PlanarArm, RedundantArm
 from selfmotion.arms.limits import JointLimits
 from selfmotion.domain import blocked_stretches
 from selfmotion.errors import Blocked, InfeasibleError, InvalidInputError
@@ -114,7 +115,7 @@ class Chain:
         Raises
         ------
         InvalidInputError
-            If there is none: the offset is outside the angle domain at r = 0, cut by the limits of the true first joint.
+            If there is none: the offset is outside the angle domain at r = 0, with the limits of the true first joint.
         """
         found = []
         for i in range(self.count):
@@ -197,13 +198,14 @@ def module_problems(problem: Problem, moving_bases: Sequence[Path]) -> tuple[Pro
 
 
 def true_joints(
-    module: Problem, limits: JointLimits, x: FloatArray, u: FloatArray, branch: int, behind: FloatArray | float
+    arm: RedundantArm, limits: JointLimits, x: FloatArray, u: FloatArray, branch: int, behind: FloatArray | float
 ) -> tuple[FloatArray, FloatArray]:
     """Return the true joint angles of motions of one module and how far they leave what is allowed.
 
     Parameters
     ----------
-    module : Problem
+    arm : RedundantArm
+        The module.
     limits : JointLimits
         Of the true joints.
     x : array, shape (k, 2) or (p, k, 2)
@@ -220,10 +222,10 @@ def true_joints(
     violation : array, shape (p,)
         See :func:`~selfmotion.planners.parametric.outside`.
     """
-    q, margin = module.arm.solve_with_margin(x, u, branch)
+    q, margin = arm.solve_with_margin(x, u, branch)
     q[..., 0] -= behind
     lifted = limits.lift(q)
-    return lifted.q, outside(margin / module.arm.reach, lifted.excess)
+    return lifted.q, outside(margin / arm.reach, lifted.excess)
 
 
 def splittable(problem: Problem) -> PlanarArm:
@@ -249,6 +251,16 @@ def refuse_what_modules_cannot_keep(problem: Problem, kind: str) -> None:
     blocked = blocked_stretches(problem.arm, problem.path, problem.samples, problem.elbow_branches)
     if blocked:
         raise InfeasibleError(blocked)
+
+
+def allowed_elbows(limits: JointLimits) -> list[int]:
+    """Return the branches that the limits of a module's middle joint leave a stretch of."""
+    lower, upper = limits.lower[1], limits.upper[1]
+    if not (np.isfinite(lower) and np.isfinite(upper)):
+        return [0, 1]
+    turns = TAU * np.arange(np.floor(lower / TAU) - 1, np.ceil(upper / TAU) + 1)
+    # sin θ2 > 0 on (0, π), sin θ2 < 0 on (π, 2π), up to whole turns.
+    return [b for b in (0, 1) if ((turns + b * np.pi < upper) & (turns + (b + 1) * np.pi > lower)).any()]
 
 
 def _places(blocked: Sequence[Blocked]) -> str:

@@ -57,7 +57,7 @@ class ModuleCandidates(Candidates):
 
     def _block(self, population: FloatArray) -> FloatArray:
         u = self.profile(population, self._r)
-        q, violation = true_joints(self.problem, self._limits, self._x, u, self.branch, self._behind)
+        q, violation = true_joints(self.problem.arm, self._limits, self._x, u, self.branch, self._behind)
         if self._absolute:
             q[..., 0] += self._behind
         return penalised(self.problem.objective.sampled(q, self._r, self.problem.weights), violation)
@@ -188,7 +188,7 @@ class Modules(Planner):
         plans: list[Plan] = []
         for i, module in enumerate(chain.modules):
             done, total = self.optimizer.iterations * np.cumsum([0, *searches])[[i, -1]]
-            plans.append(self._plan_next(chain, module, plans, _counting(progress, int(done), int(total))))
+            plans.append(self._plan_next(chain, module, plans, counting(progress, int(done), int(total))))
         motion = chain.motion([plan.motion for plan in plans])
         plan = Plan(
             problem,
@@ -279,7 +279,7 @@ def _derived(seed: int, i: int) -> int:
     return int(np.random.SeedSequence([seed, i]).generate_state(1)[0])
 
 
-def _counting(progress: Progress | None, before: int, total: int) -> Progress | None:
+def counting(progress: Progress | None, before: int, total: int) -> Progress | None:
     """Return `progress` counting on from `before` towards `total`."""
     if progress is None:
         return None
