@@ -168,11 +168,7 @@ class Optimizer(ABC):
                 "lower one of them",
                 iterations,
             )
-        rows = bounds if isinstance(bounds, list | tuple | np.ndarray) else ()
-        one_pair = not any(isinstance(row, list | tuple | np.ndarray) for row in rows)
-        self.bounds = finite_array("bounds", bounds, 1 if one_pair else 2, 2)
-        if not (self.bounds[..., 0] < self.bounds[..., 1]).all():
-            raise InvalidInputError("bounds", "has lower not below upper", "write [lower, upper]", bounds)
+        self.bounds = _bounds(bounds)
         self.seed = _seed(seed)
 
     def __repr__(self) -> str:
@@ -192,6 +188,12 @@ class Optimizer(ABC):
         """Return the same optimizer with another seed."""
         other = copy.copy(self)
         other.seed = _seed(seed)
+        return other
+
+    def with_bounds(self, bounds: Box) -> Self:
+        """Return the same optimizer on another box."""
+        other = copy.copy(self)
+        other.bounds = _bounds(bounds)
         return other
 
     def box(self, dimension: int) -> tuple[FloatArray, FloatArray]:
@@ -226,6 +228,15 @@ class Optimizer(ABC):
     @abstractmethod
     def _drive(self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> None:
         """Spend the budget."""
+
+
+def _bounds(bounds: Any) -> FloatArray:
+    rows = bounds if isinstance(bounds, list | tuple | np.ndarray) else ()
+    one_pair = not any(isinstance(row, list | tuple | np.ndarray) for row in rows)
+    result = finite_array("bounds", bounds, 1 if one_pair else 2, 2)
+    if not (result[..., 0] < result[..., 1]).all():
+        raise InvalidInputError("bounds", "has lower not below upper", "write [lower, upper]", bounds)
+    return result
 
 
 def _seed(seed: Any) -> int:

@@ -11,10 +11,11 @@ from selfmotion.planners.base import Planner
 from selfmotion.planners.chain import module_problems
 from selfmotion.planners.modules import Modules
 from selfmotion.planners.parametric import Candidates, Parametric, Sinusoid
+from selfmotion.planners.series import BSpline, Harmonics
 from selfmotion.plans import Plan
 from selfmotion.problem import Problem
 
-PLANNERS: dict[str, type[Planner]] = {planner.kind: planner for planner in (Sinusoid, Modules)}
+PLANNERS: dict[str, type[Planner]] = {planner.kind: planner for planner in (Sinusoid, Harmonics, BSpline, Modules)}
 """Every planner by the ``kind`` of a problem file."""
 
 
@@ -48,4 +49,16 @@ def plan(problem: Problem, planner: Planner, progress: Progress | None = None) -
     return planner.plan(problem, progress)
 
 
-__all__ = ["PLANNERS", "Candidates", "Modules", "Parametric", "Plan", "Planner", "Sinusoid", "module_problems", "plan"]
+__all__ = [
+    "PLANNERS",
+    "BSpline",
+    "Candidates",
+    "Harmonics",
+    "Modules",
+    "Parametric",
+    "Plan",
+    "Planner",
+    "Sinusoid",
+    "module_problems",
+    "plan",
+]

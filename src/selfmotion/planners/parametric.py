@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import time
 from abc import abstractmethod
-from typing import Any, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -103,12 +103,22 @@ class Parametric(Planner):
     ----------
     optimizer : Optimizer
 
+    Attributes
+    ----------
+    vectors : tuple of str
+        The fields that hold one number per redundant degree.
+    slower : str
+        What makes the profiles slower, as a remedy.
+
     Notes
     -----
     Every branch that the problem allows, and on which the profile's start is feasible, is searched with the
     optimizer's whole budget. The optimizer sees the chord sum over the problem's samples, as the seed's does;
     the best candidate that also holds *between* the samples becomes the plan.
     """
+
+    vectors: ClassVar[tuple[str, ...]] = ("offset",)
+    slower: ClassVar[str] = "lower planner.optimizer.bounds"
 
     def __init__(self, optimizer: Optimizer) -> None:
         if not isinstance(optimizer, Optimizer):
@@ -118,6 +128,10 @@ class Parametric(Planner):
     @abstractmethod
     def profile_for(self, problem: Problem) -> Profile:
         """Return the profile family to search for this problem."""
+
+    def optimizer_for(self, profile: Profile) -> Optimizer:
+        """Return the optimizer with the box in which it searches this family."""
+        return self.optimizer
 
     def candidates_for(self, problem: Problem, profile: Profile, branch: int) -> Candidates:
         """Return what judges a population on one branch."""
@@ -136,17 +150,19 @@ class Parametric(Planner):
     def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
         """Plan a motion; see :meth:`Planner.plan`."""
         began = time.perf_counter()
+        self._check_lengths(problem)
         profile = self.profile_for(problem)
-        self._check(problem, profile)
+        optimizer = self.optimizer_for(profile)
+        self._check(problem, profile, optimizer)
         blocked = blocked_stretches(problem.arm, problem.path, problem.samples, problem.elbow_branches)
         if blocked:
             raise InfeasibleError(blocked)
         branches = self._starting_branches(problem, profile)
         results = {
-            branch: self.optimizer.minimize(
+            branch: optimizer.minimize(
                 self.candidates_for(problem, profile, branch),
                 len(profile.parameter_names),
-                _shifted(progress, k * self.optimizer.iterations, len(branches) * self.optimizer.iterations),
+                _shifted(progress, k * optimizer.iterations, len(branches) * optimizer.iterations),
             )
             for k, branch in enumerate(branches)
         }
@@ -156,19 +172,26 @@ class Parametric(Planner):
             **{name: float(v) for name, v in zip(profile.parameter_names, best.a, strict=True)},
             "elbow": problem.arm.branches[best.branch],
             **profile.settings(),
-            "optimizer": {"kind": self.optimizer.kind, **self.optimizer.settings()},
+            "optimizer": {"kind": optimizer.kind, **optimizer.settings()},
         }
         history = tuple(results[branch].history for branch in branches)
         return Plan(problem, motion, self.kind, parameters, evaluations, time.perf_counter() - began, history)
 
-    def _check(self, problem: Problem, profile: Profile) -> None:
+    def _check_lengths(self, problem: Problem) -> None:
+        """Refuse vectors that are made for another arm."""
+        for name in self.vectors:
+            value = getattr(self, name)
+            if value is not None and len(value) != problem.arm.n_u:
+                raise InvalidInputError(
+                    f"planner.{name}",
+                    f"has length {len(value)} for an arm with n_u = {problem.arm.n_u}",
+                    "give one number per redundant degree: a planar arm with n links needs n − 2, "
+                    "and n − 3 if its last link keeps a direction",
+                    value.tolist(),
+                )
+
+    def _check(self, problem: Problem, profile: Profile, optimizer: Optimizer) -> None:
         """Refuse what a profile with few coefficients cannot promise."""
-        if profile.n_u != problem.arm.n_u:
-            raise InvalidInputError(
-                "planner.offset",
-                f"has {profile.n_u} components for an arm with {problem.arm.n_u} redundant degrees",
-                "give one number per redundant degree",
-            )
         start = profile.start
         if problem.start is not None and start is not None and np.abs(wrap(start - problem.start.u)).max() > _SAME:
             raise InvalidInputError(
@@ -177,21 +200,24 @@ class Parametric(Planner):
                 "leave one of the two out",
                 start.tolist(),
             )
-        if problem.end is not None:
+        if problem.end is not None and profile.end is None:
             raise InvalidInputError("end", f"cannot be kept by planner {self.kind}", "leave it out")
+        if problem.end is not None and problem.end.q is not None:
+            remedy = "give end: {u: […]}, which leaves the turns of the joints open"
+            raise InvalidInputError("end.q", f"cannot be kept by planner {self.kind}", remedy)
         if problem.cyclic:
             raise InvalidInputError(
                 "cyclic", f"cannot be kept by planner {self.kind}", "set cyclic: false", problem.cyclic
             )
         try:
-            lower, upper = self.optimizer.box(len(profile.parameter_names))
+            lower, upper = optimizer.box(len(profile.parameter_names))
         except InvalidInputError as error:
             raise error.inside("planner.optimizer") from None
         cycles = int(np.ceil(_SAMPLES_PER_CYCLE * max(profile.cycles(lower), profile.cycles(upper))))
         pieces = _SAMPLES_PER_PIECE * (len(problem.path.breaks) + 1)
         if problem.samples < cycles:
-            reason = "cannot resolve the fastest profile inside the optimizer's bounds"
-            remedy = f"give at least {cycles}, or lower planner.optimizer.bounds"
+            reason = "cannot resolve the fastest profile that may be chosen"
+            remedy = f"give at least {cycles}, or {self.slower}"
             raise InvalidInputError("samples", reason, remedy, problem.samples)
         if problem.samples < pieces and len(problem.path.breaks):
             reason = f"cannot resolve a path of {len(problem.path.breaks) + 1} pieces"
@@ -270,6 +296,7 @@ class Sinusoid(Parametric):
     """
 
     kind = "sinusoid"
+    vectors = ("offset", "amplitude")
 
     def __init__(self, offset: Vector | None = None, *, amplitude: Vector, optimizer: Optimizer) -> None:
         super().__init__(optimizer)

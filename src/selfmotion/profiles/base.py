@@ -33,6 +33,11 @@ class Profile(ABC):
         """The redundancy vector at r = 0 if all curves share it, shape (n_u,)."""
         return None
 
+    @property
+    def end(self) -> FloatArray | None:
+        """The redundancy vector at r = 1 if all curves share it, shape (n_u,)."""
+        return None
+
     @abstractmethod
     def settings(self) -> dict[str, Any]:
         """Return what fixes the family, for a result's record."""

@@ -111,9 +111,6 @@ def plans(seed: int, progress: Progress | None = None) -> dict[str, Plan]:
 
 @cache
 def _candidates() -> Candidates:
-    # glibc gives memory back to the system after every few arrays of a block, and the page faults cost 40 % of the time
-    # of an evaluation. Freeing one large block once raises its threshold for doing so; elsewhere this does nothing.
-    np.empty(2_000_000)
     return Candidates(problem(), SinusoidProfile([OFFSET], [AMPLITUDE]), branch=0)
 
 
