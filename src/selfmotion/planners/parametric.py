@@ -252,7 +252,7 @@ class Parametric(Planner):
             least = violation_of(min(result.value for result in results.values()))
             raise NothingFeasibleError(
                 f"none of {evaluations} candidates stays inside the angle domain; the best leaves it by {least:.3g}",
-                "try another offset, a smaller amplitude or other bounds",
+                "try another offset, a smaller amplitude or span, or other bounds",
                 evaluations,
                 least,
             )
