@@ -186,13 +186,16 @@ class Modules(Planner):
         branches = chain.starting_branches(self.offset)
         searches = [len(some) for some in branches]
         plans: list[Plan] = []
+        motions: list[Motion] = []
         for i, module in enumerate(chain.modules):
             done, total = self.optimizer.iterations * np.cumsum([0, *searches])[[i, -1]]
-            plans.append(self._plan_next(chain, module, plans, counting(progress, int(done), int(total))))
-        motion = chain.motion([plan.motion for plan in plans])
+            alone = self._plan_next(chain, module, motions, counting(progress, int(done), int(total)))
+            assert isinstance(alone.motion, Motion)
+            plans.append(alone)
+            motions.append(alone.motion)
         plan = Plan(
             problem,
-            motion,
+            chain.motion(motions),
             self.kind,
             {},
             sum(module.evaluations for module in plans),
@@ -202,7 +205,7 @@ class Modules(Planner):
         plan.wall_time_s = time.perf_counter() - began
         return plan
 
-    def _plan_next(self, chain: Chain, module: Problem, before: list[Plan], progress: Progress | None) -> Plan:
+    def _plan_next(self, chain: Chain, module: Problem, before: list[Motion], progress: Progress | None) -> Plan:
         i = len(before)
         optimizer = self.optimizer if i == 0 else self.optimizer.with_seed(_derived(self.optimizer.seed, i))
         planner = _Module(
@@ -210,7 +213,7 @@ class Modules(Planner):
             float(self.amplitude[i]),
             optimizer,
             chain,
-            [plan.motion for plan in before],
+            list(before),
             self.first_joints == "absolute",
         )
         try:
@@ -231,7 +234,7 @@ class Modules(Planner):
                 "elbow": module.parameters["elbow"],
                 "elbows_searched": [names[branch] for branch in branches[i]],
                 "seed": module.parameters["optimizer"]["seed"],
-                **module_costs(plan, module.problem, module.motion, i),
+                **module_costs(plan, module, i),
             }
             for i, module in enumerate(plans)
         ]
@@ -244,22 +247,20 @@ class Modules(Planner):
         }
 
 
-def module_costs(plan: Plan, module: Problem, motion: Motion, i: int) -> dict[str, dict[str, float]]:
+def module_costs(plan: Plan, alone: Plan, i: int) -> dict[str, dict[str, float]]:
     """Return a module's share of a plan's cost, as chord sum and as integral, in both readings of its first joint.
 
     Parameters
     ----------
     plan : Plan
         Of the whole arm.
-    module : Problem
-    motion : Motion
-        Of the module, its first joint absolute.
+    alone : Plan
+        Of the module in its own frame, its first joint absolute.
     i : int
         The module, counted from 0.
     """
-    alone = Plan(module, motion, plan.planner, {})
     grid, weights = plan.problem.grid, np.zeros(plan.problem.arm.n)
-    weights[3 * i : 3 * i + 3] = module.weights
+    weights[3 * i : 3 * i + 3] = alone.problem.weights
     objective = plan.problem.objective
     edges = plan.problem.path.grid(max(64, plan.problem.samples // 4))
     return {
@@ -269,7 +270,7 @@ def module_costs(plan: Plan, module: Problem, motion: Motion, i: int) -> dict[st
         },
         "cost": {
             "absolute": alone.cost,
-            "true": objective.integral(plan.rates, np.union1d(edges, module.path.breaks), weights).value,
+            "true": objective.integral(plan.rates, np.union1d(edges, alone.problem.path.breaks), weights).value,
         },
     }
 

@@ -1,0 +1,273 @@
+"""Many links without a given moving base: it is chosen together with the motions of the modules on it."""
+
+from __future__ import annotations
+
+import copy
+import inspect
+import itertools
+import time
+from collections.abc import Sequence
+from typing import Any, Literal, NamedTuple, Self
+
+import numpy as np
+
+from selfmotion._checks import choice, integer, positive
+from selfmotion._types import FloatArray
+from selfmotion.arms import JointLimits, PlanarArm
+from selfmotion.errors import InvalidInputError, NothingFeasibleError
+from selfmotion.motion import Curve, Motion
+from selfmotion.optimizers import INFEASIBLE, Optimizer, Progress, Result, violation_of
+from selfmotion.paths import Bezier, Path
+from selfmotion.planners.base import Planner
+from selfmotion.planners.chain import (
+    Chain,
+    allowed_elbows,
+    refuse_what_modules_cannot_keep,
+    splittable,
+)
+from selfmotion.planners.chain_candidates import PLACES, ChainCandidates, Choice, first_guess
+from selfmotion.planners.modules import counting, module_costs
+from selfmotion.plans import Plan
+from selfmotion.problem import Problem
+from selfmotion.profiles import SinusoidProfile
+from selfmotion.verification import verify_motion
+
+# Samples needed per oscillation, so that the chord sum sees what the motion does.
+_SAMPLES_PER_CYCLE = 8
+# Bezier curves of higher degree are no better conditioned guesses.
+_MOST_POINTS = 24
+_DEFAULT_BOUNDS = np.array(inspect.signature(Optimizer).parameters["bounds"].default)
+# Each combination of elbows costs the whole budget.
+_MOST_COMBINATIONS = 16
+# Candidates that hold at the places looked at, but not between them, are passed over, at most this many.
+_MAX_CHECKS = 200
+_MOST_LOOKS = 20_000
+
+
+class MovingBase(Planner):
+    """Chooses Bezier moving bases together with the sinusoids of all modules, for the cost in true joints.
+
+    Parameters
+    ----------
+    optimizer : Optimizer
+        Without bounds of its own: it searches a box of [−1, 1] in every variable.
+    control_points : int
+        Of each moving base.
+    spread : float
+        How far, in each coordinate and in parts of a module's mean length, a control point may go from its first guess.
+    amplitude : float
+        Largest amplitude A of a sinusoid [rad].
+    frequency : float
+        Largest frequency f of a sinusoid.
+    around : sequence of Path
+        First guesses of the k − 1 moving bases, to which Bezier curves are fitted. By default the tool's path drawn
+        towards the arm's base by each module's share of the length.
+    elbows : {"each", "alike"}
+        Which combinations of the modules' elbows are searched, each with the whole budget: each that the problem and
+        the limits of the modules' middle joints allow, or of these only those in which all modules have the same.
+
+    Raises
+    ------
+    InvalidInputError
+        If a parameter is out of its range.
+
+    Notes
+    -----
+    The modules are those of :class:`~selfmotion.planners.modules.Modules`. There are ``2 m (k − 1) + 3k`` variables:
+    the m control points of each moving base and ``offset, amplitude, f`` of each module. The offset is measured from
+    the direction of the module's target at r = 0, in parts of the arc on which it is in reach. Candidates are ranked by
+    their chord sum at 200 places; the cheapest that holds everywhere becomes the plan.
+
+    On the paper's 6R case (k = 2) there are many local optima, between 10.5 and 11.7 in true joints, where the given
+    moving base of the paper ends at 15.35.
+    """
+
+    kind = "moving_base"
+
+    def __init__(
+        self,
+        optimizer: Optimizer,
+        control_points: int = 6,
+        spread: float = 0.7,
+        amplitude: float = float(np.pi),
+        frequency: float = 2.0,
+        around: Sequence[Path] = (),
+        elbows: Literal["each", "alike"] = "each",
+    ) -> None:
+        if not isinstance(optimizer, Optimizer):
+            raise InvalidInputError("optimizer", "is not an optimizer", "give one, such as PSO(…)", optimizer)
+        if not np.array_equal(optimizer.bounds, _DEFAULT_BOUNDS):
+            reason = "is of no use here: the box is [-1, 1] in every variable"
+            remedy = "leave it out; spread, amplitude and frequency say how wide to search"
+            raise InvalidInputError("optimizer.bounds", reason, remedy, optimizer.bounds.tolist())
+        if isinstance(around, Path) or not all(isinstance(path, Path) for path in around):
+            raise InvalidInputError("around", "is not a list of paths", "give one path per module but the last")
+        self.optimizer = optimizer
+        self.control_points = integer("control_points", control_points, 2, _MOST_POINTS)
+        self.spread = positive("spread", spread)
+        self.amplitude = positive("amplitude", amplitude)
+        self.frequency = positive("frequency", frequency)
+        self.around = tuple(around)
+        self.elbows = choice("elbows", elbows, ("each", "alike"))
+
+    def with_seed(self, seed: int) -> Self:
+        """Return the same planner with another random seed."""
+        other = copy.copy(self)
+        other.optimizer = self.optimizer.with_seed(seed)
+        return other
+
+    def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
+        """Plan a motion; see :meth:`Planner.plan`."""
+        began = time.perf_counter()
+        arm = splittable(problem)
+        if arm.n < 6:
+            raise InvalidInputError(
+                "arm.links", "has 3 entries: no base moves", "use planner: sinusoid, or 6, 9, … links"
+            )
+        refuse_what_modules_cannot_keep(problem, self.kind)
+        self._refuse_coarse_samples(problem)
+        combinations = self._combinations(problem, arm)
+        optimizer = self.optimizer.with_bounds((-1.0, 1.0))
+        results = []
+        for i, elbows in enumerate(combinations):
+            candidates = self.candidates_for(problem, elbows)
+            counted = counting(progress, i * optimizer.iterations, len(combinations) * optimizer.iterations)
+            results.append(optimizer.minimize(candidates, candidates.dimension, counted))
+        evaluations = sum(result.evaluations for result in results)
+        found = self._first_that_holds(problem, combinations, results, evaluations)
+        plan = Plan(
+            problem, found.motion, self.kind, {}, evaluations, history=tuple(result.history for result in results)
+        )
+        plan.parameters.update(self._parameters(plan, found, combinations, optimizer))
+        plan.wall_time_s = time.perf_counter() - began
+        return plan
+
+    def candidates_for(self, problem: Problem, elbows: Sequence[int], places: int | None = None) -> ChainCandidates:
+        """Return what judges a population whose modules have these elbows, as the optimizer does or at more `places`."""
+        arm = splittable(problem)
+        return ChainCandidates(
+            problem,
+            first_guess(problem, self.control_points, self.around),
+            self.spread * arm.reach / (arm.n // 3),
+            self.amplitude,
+            self.frequency,
+            elbows,
+            places or min(problem.samples, PLACES),
+        )
+
+    def _refuse_coarse_samples(self, problem: Problem) -> None:
+        least = int(np.ceil(_SAMPLES_PER_CYCLE * self.frequency))
+        if min(problem.samples, PLACES) < least:
+            name = "samples" if problem.samples < least <= PLACES else "planner.frequency"
+            reason = f"does not let {min(problem.samples, PLACES)} samples resolve the fastest sinusoid"
+            remedy = f"give at least {least}" if name == "samples" else f"give at most {PLACES // _SAMPLES_PER_CYCLE}"
+            raise InvalidInputError(name, reason, remedy)
+
+    def _combinations(self, problem: Problem, arm: PlanarArm) -> list[tuple[int, ...]]:
+        """Return the branches of the modules, combination by combination."""
+        pairs = arm.limits.as_list()
+        allowed = [allowed_elbows(JointLimits(pairs[3 * i : 3 * i + 3], 3)) for i in range(arm.n // 3)]
+        allowed[0] = [branch for branch in allowed[0] if branch in problem.elbow_branches]
+        every = itertools.product(*allowed)
+        chosen = [some for some in every if self.elbows == "each" or len(set(some)) == 1]
+        if not chosen:
+            raise InvalidInputError(
+                "elbow", "leaves some module no elbow that its limits allow", "change elbow or limits"
+            )
+        if len(chosen) > _MOST_COMBINATIONS:
+            reason = f"makes {len(chosen)} combinations to search with the whole budget, over {_MOST_COMBINATIONS}"
+            raise InvalidInputError(
+                "planner.elbows", reason, "write elbows: alike, or limit the modules' middle joints"
+            )
+        return chosen
+
+    def _first_that_holds(
+        self, problem: Problem, combinations: list[tuple[int, ...]], results: list[Result], evaluations: int
+    ) -> _Found:
+        """Return the cheapest candidate that holds between the places looked at too."""
+        ranked = [
+            (float(result.values[j]), elbows, result.population[j])
+            for elbows, result in zip(combinations, results, strict=True)
+            for j in np.flatnonzero(result.values < INFEASIBLE)
+        ]
+        if not ranked:
+            least = violation_of(min(result.value for result in results))
+            raise NothingFeasibleError(
+                f"none of {evaluations} candidates is feasible; the best leaves reach or limits by {least:.3g}",
+                "give more iterations, another spread, or a guess of the moving base in around",
+                evaluations,
+                least,
+            )
+        ranked.sort(key=lambda candidate: candidate[0])
+        close = {elbows: self.candidates_for(problem, elbows, 4 * problem.samples) for elbows in combinations}
+        checks = 0
+        for _, elbows, a in ranked[:_MOST_LOOKS]:
+            if close[elbows](a[None])[0] >= INFEASIBLE:
+                continue
+            found = _moved(problem, close[elbows], a)
+            if verify_motion(problem, found.motion).holds:
+                return found
+            checks += 1
+            if checks == _MAX_CHECKS:
+                break
+        raise NothingFeasibleError(
+            f"{len(ranked)} of {evaluations} candidates hold at {min(problem.samples, PLACES)} places, but the best of "
+            "them break between them",
+            "give another seed or more iterations",
+            evaluations,
+            0.0,
+        )
+
+    def _parameters(
+        self, plan: Plan, found: _Found, combinations: list[tuple[int, ...]], optimizer: Optimizer
+    ) -> dict[str, Any]:
+        names = plan.problem.arm.branches
+        chosen = found.chosen
+        modules = [
+            {
+                "f": float(chosen.frequency[0, i]),
+                "offset": float(chosen.offset[0, i]),
+                "amplitude": float(chosen.amplitude[0, i]),
+                "elbow": names[motion.branch],
+                **module_costs(plan, Plan(module, motion, self.kind, {}), i),
+            }
+            for i, (module, motion) in enumerate(zip(found.chain.modules, found.motions, strict=True))
+        ]
+        return {
+            **{f"f{i + 1}": module["f"] for i, module in enumerate(modules)},
+            "elbow": modules[0]["elbow"],
+            "moving_bases": [{"kind": Bezier.kind, "control_points": points.tolist()} for points in chosen.points[0]],
+            "modules": modules,
+            "control_points": self.control_points,
+            "spread": self.spread,
+            "largest_amplitude": self.amplitude,
+            "largest_frequency": self.frequency,
+            "elbows_searched": [[names[branch] for branch in elbows] for elbows in combinations],
+            "optimizer": {"kind": optimizer.kind, **optimizer.settings()},
+        }
+
+
+class _Found(NamedTuple):
+    """A candidate and its motion."""
+
+    chosen: Choice
+    chain: Chain
+    motions: list[Motion]
+    motion: Motion
+
+
+def _moved(problem: Problem, candidates: ChainCandidates, a: FloatArray) -> _Found:
+    """Return the motion of one candidate."""
+    chosen = candidates.choice(a[None])
+    chain = Chain(problem, [Bezier(points) for points in chosen.points[0]])
+    motions = []
+    for i, module in enumerate(chain.modules):
+        amplitude, frequency = chosen.amplitude[0, i : i + 1], chosen.frequency[0, i : i + 1]
+        curve = _sinusoid(chosen.offset[0, i : i + 1], amplitude, frequency)
+        motions.append(Motion(module.arm, module.path, curve, candidates.elbows[i], 2 * problem.samples))
+    return _Found(chosen, chain, motions, chain.motion(motions))
+
+
+def _sinusoid(offset: FloatArray, amplitude: FloatArray, frequency: FloatArray) -> Curve:
+    profile = SinusoidProfile(offset, amplitude)
+    return lambda r, order: profile(frequency, r, order)
