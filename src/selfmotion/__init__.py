@@ -47,7 +47,7 @@ if TYPE_CHECKING:
         Transformed,
         Waypoints,
     )
-    from selfmotion.planners import BSpline, Harmonics, Modules, Plan, Sinusoid, plan
+    from selfmotion.planners import BSpline, Harmonics, Modules, MovingBase, Plan, Refine, Sinusoid, plan
     from selfmotion.problem import Problem
 
 _HOME = {
@@ -62,14 +62,14 @@ _HOME = {
         "Arc", "ArcLength", "Bezier", "Circle", "Clothoid", "Concatenation", "Ellipse", "Line", "Lissajous",
         "Reversed", "Rose", "Transformed", "Waypoints",
     ),
-    "planners": ("BSpline", "Harmonics", "Modules", "Plan", "Sinusoid", "plan"),
+    "planners": ("BSpline", "Harmonics", "Modules", "MovingBase", "Plan", "Refine", "Sinusoid", "plan"),
     "problem": ("Problem",),
     "mending": ("repair",),
     "judgement": ("judge",),
 }  # fmt: skip
 _MODULE = {name: module for module, names in _HOME.items() for name in names}
 
-__all__ = [  # noqa: PLE0604
+__all__ = [
     "__version__",
     *sorted(_MODULE),
 ]

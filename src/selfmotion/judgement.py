@@ -13,7 +13,7 @@ from selfmotion._checks import finite_array, positive
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.errors import InvalidInputError
 from selfmotion.problem import Problem
-from selfmotion.verification import ANGLE, Failure, elbow_failures, end_failures, finite_or_none
+from selfmotion.verification import Failure, closure_failures, elbow_failures, end_failures, finite_or_none
 
 
 @dataclass(frozen=True)
@@ -252,11 +252,4 @@ def _ends(motion: Sampled) -> Iterator[Failure]:
 
 
 def _closure(motion: Sampled) -> Iterator[Failure]:
-    if not motion.problem.cyclic:
-        return
-    gap = motion.q[-1] - motion.q[0]
-    if motion.problem.cyclic == "modulo":
-        gap = motion.problem.arm.limits.steps(motion.q[0], motion.q[-1])
-    joint = int(np.argmax(np.abs(gap)))
-    if abs(gap[joint]) > ANGLE:
-        yield motion.failure("closure", -1, abs(gap[joint]), ANGLE, joint)
+    yield from closure_failures(motion.problem, motion.q)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +16,22 @@ from selfmotion.paths.base import path_parameter
 
 Curve = Callable[[FloatArray, int], FloatArray]
 """u(r) or du/dr: maps r of shape (k,) and an order, 0 or 1, to shape (k, n_u)."""
+
+
+class JointMotion(Protocol):
+    """What a plan needs of a continuous motion, however it is represented."""
+
+    def __call__(self, r: ArrayLike) -> FloatArray:
+        """Return the joint angles, shape (..., n), turns included [rad]."""
+        ...
+
+    def u(self, r: ArrayLike) -> FloatArray:
+        """Return the redundancy vector, shape (..., n_u) [rad]."""
+        ...
+
+    def rates(self, r: ArrayLike) -> FloatArray:
+        """Return dθ/dr, shape (..., n)."""
+        ...
 
 
 class Motion:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,10 +21,36 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.quadrature import Integral, integrate
 
 
+class Smoothed(NamedTuple):
+    """A smooth density c(θ') at k rates of n joints, and its derivatives.
+
+    Attributes
+    ----------
+    value : array, shape (k,)
+    gradient : array, shape (k, n)
+    diagonal : array, shape (k, n)
+        Diagonal of the Hessian.
+    times : callable
+        The Hessian times vectors (k, n).
+    """
+
+    value: FloatArray
+    gradient: FloatArray
+    diagonal: FloatArray
+    times: Callable[[FloatArray], FloatArray]
+
+
 class Objective(ABC):
-    """A cost of joint motions that is convex and positively homogeneous in (Δθ, Δr)."""
+    """A cost of joint motions that is convex and positively homogeneous in (Δθ, Δr).
+
+    Attributes
+    ----------
+    has_kinks : bool
+        Whether the density is not smooth somewhere.
+    """
 
     kind: ClassVar[str]
+    has_kinks: ClassVar[bool]
 
     @staticmethod
     @abstractmethod
@@ -42,6 +68,25 @@ class Objective(ABC):
         Returns
         -------
         array, shape (...)
+        """
+
+    @staticmethod
+    @abstractmethod
+    def smoothed(rates: FloatArray, weights: FloatArray, width: float) -> Smoothed:
+        """Return the density ``c(θ', 1)`` and its derivatives, kinks rounded off.
+
+        Parameters
+        ----------
+        rates : array, shape (k, n)
+            θ' [rad].
+        weights : array, shape (n,)
+        width : float
+            Rates below which a kink is rounded; the density grows by at most this times the weights' sum. Without
+            effect on a density without kinks.
+
+        Returns
+        -------
+        Smoothed
         """
 
     def sampled(self, q: FloatArray, r: FloatArray, weights: FloatArray) -> FloatArray:
@@ -86,6 +131,7 @@ class JointTravel(Objective):
     """
 
     kind = "joint_travel"
+    has_kinks = False
 
     @staticmethod
     def chord(dq: FloatArray, dr: ArrayLike, weights: FloatArray) -> FloatArray:
@@ -95,27 +141,58 @@ class JointTravel(Objective):
         length += step * step
         return np.asarray(np.sqrt(length, out=length) @ weights)
 
+    @staticmethod
+    def smoothed(rates: FloatArray, weights: FloatArray, width: float) -> Smoothed:
+        """Return ``Σ w_i √(1 + θ_i'²)``, which has no kinks."""
+        return _rounded_modulus(rates, weights, 1.0)
+
 
 class L1Travel(Objective):
     """Plain joint travel, ``Σ_i w_i ∫ |θ_i'| dr``: independent of how fast the path is run."""
 
     kind = "l1"
+    has_kinks = True
 
     @staticmethod
     def chord(dq: FloatArray, dr: ArrayLike, weights: FloatArray) -> FloatArray:
         """Return ``Σ w_i |Δθ_i|``."""
         return np.asarray(np.abs(dq) @ weights)
 
+    @staticmethod
+    def smoothed(rates: FloatArray, weights: FloatArray, width: float) -> Smoothed:
+        """Return ``Σ w_i √(width² + θ_i'²)``."""
+        return _rounded_modulus(rates, weights, width)
+
 
 class L2Travel(Objective):
     """Length of the joint path, ``∫ ‖w∘θ'‖ dr``: each joint's travel counts w_i times."""
 
     kind = "l2"
+    has_kinks = True
 
     @staticmethod
     def chord(dq: FloatArray, dr: ArrayLike, weights: FloatArray) -> FloatArray:
         """Return ``√Σ (w_i Δθ_i)²``."""
         return np.asarray(np.sqrt((dq * dq) @ (weights * weights)))
+
+    @staticmethod
+    def smoothed(rates: FloatArray, weights: FloatArray, width: float) -> Smoothed:
+        """Return ``√(width² + Σ (w_i θ_i')²)``."""
+        squares = weights * weights
+        value = np.sqrt(width * width + (rates * rates) @ squares)[:, None]
+        gradient = squares * rates / value
+
+        def times(v: FloatArray) -> FloatArray:
+            return np.asarray((squares * v - gradient * (gradient * v).sum(axis=1, keepdims=True)) / value)
+
+        return Smoothed(value[:, 0], gradient, (squares - gradient * gradient) / value, times)
+
+
+def _rounded_modulus(rates: FloatArray, weights: FloatArray, width: float) -> Smoothed:
+    """Return ``Σ w_i √(width² + θ_i'²)`` with its derivatives."""
+    length = np.sqrt(width * width + rates * rates)
+    diagonal = weights * (width * width) / length**3
+    return Smoothed(length @ weights, weights * rates / length, diagonal, lambda v: np.asarray(diagonal * v))
 
 
 OBJECTIVES: dict[str, type[Objective]] = {objective.kind: objective for objective in (JointTravel, L1Travel, L2Travel)}

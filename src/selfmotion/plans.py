@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from selfmotion._types import FloatArray
 from selfmotion._version import __version__
-from selfmotion.motion import Motion
+from selfmotion.motion import JointMotion
 from selfmotion.objectives import L1Travel, L2Travel, Objective
 from selfmotion.optimizers import History
 from selfmotion.problem import Problem
@@ -45,7 +45,7 @@ class Plan:
     Parameters
     ----------
     problem : Problem
-    motion : Motion
+    motion : JointMotion
     planner : str
         Kind of the planner that made it.
     parameters : dict
@@ -67,7 +67,7 @@ class Plan:
     def __init__(
         self,
         problem: Problem,
-        motion: Motion,
+        motion: JointMotion,
         planner: str,
         parameters: dict[str, Any],
         evaluations: int = 0,

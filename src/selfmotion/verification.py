@@ -34,8 +34,8 @@ class Failure:
     Attributes
     ----------
     check : str
-        ``"tracking"``, ``"limits"``, ``"continuity"``, ``"elbow"``, ``"start"`` or ``"end"``; of a sampled motion also
-        ``"tracking_between"``, ``"coverage"`` or ``"closure"``.
+        ``"tracking"``, ``"limits"``, ``"continuity"``, ``"elbow"``, ``"start"``, ``"end"`` or ``"closure"``; of a
+        sampled motion also ``"tracking_between"`` or ``"coverage"``.
     r : float
         Where along the path.
     value, allowed : float
@@ -125,6 +125,7 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
     failures += [Failure("limits", at[j], least[j], -LIMIT, joint=j) for j in range(1, arm.n + 1) if least[j] < -LIMIT]
     looked_at = motion(grid)
     found = elbow_failures(problem, grid, looked_at) + end_failures(problem, looked_at)
+    found += closure_failures(problem, looked_at)
     failures += [replace(failure, row=None) for failure in found]  # a continuous motion has no rows
     where, jump, joint = _largest_jump(motion, grid)
     if jump > JUMP:
@@ -155,6 +156,19 @@ def end_failures(problem: Problem, q: FloatArray) -> list[Failure]:
         if off.max() > ANGLE:
             failures.append(Failure(name, r, float(off.max()), ANGLE, row=k + 1))
     return failures
+
+
+def closure_failures(problem: Problem, q: FloatArray) -> list[Failure]:
+    """Return the joint by which a motion `q` (k, n) fails most to close, if the problem wants it to be cyclic."""
+    if not problem.cyclic:
+        return []
+    gap = q[-1] - q[0]
+    if problem.cyclic == "modulo":
+        gap = problem.arm.limits.steps(q[0], q[-1])
+    joint = int(np.argmax(np.abs(gap)))
+    if abs(gap[joint]) <= ANGLE:
+        return []
+    return [Failure("closure", 1.0, float(abs(gap[joint])), ANGLE, joint + 1, row=len(q))]
 
 
 def _refined(rows: FloatArray) -> FloatArray:

@@ -5,7 +5,7 @@ A new arm is one file and one line in `ARMS`.
 
 from __future__ import annotations
 
-from selfmotion.arms.limits import JointLimits
+from selfmotion.arms.limits import JointBox, JointLimits
 from selfmotion.arms.planar import PlanarArm
 from selfmotion.arms.protocols import Breakpoints, Cause, FreeJoint, RedundantArm, SelfMotion
 from selfmotion.arms.radii import Radii
@@ -18,6 +18,7 @@ __all__ = [
     "Breakpoints",
     "Cause",
     "FreeJoint",
+    "JointBox",
     "JointLimits",
     "PlanarArm",
     "Radii",

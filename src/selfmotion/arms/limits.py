@@ -27,6 +27,13 @@ class Lifted(NamedTuple):
     excess: FloatArray
 
 
+class JointBox(NamedTuple):
+    """Lower and upper ends of each joint, shape (n,), infinite where there is none."""
+
+    lower: FloatArray
+    upper: FloatArray
+
+
 class JointLimits:
     """Lower and upper limits of n joints.
 

@@ -7,9 +7,9 @@ from numpy.typing import ArrayLike
 
 from selfmotion._checks import LARGEST, branch_index, finite_array, number, read_only
 from selfmotion._types import BoolArray, FloatArray, IntArray, Limits, Vector
-from selfmotion.angles import wrap
+from selfmotion.angles import TAU, wrap
 from selfmotion.arms._kernels import planar_ik, planar_rates
-from selfmotion.arms.limits import JointLimits
+from selfmotion.arms.limits import JointBox, JointLimits
 from selfmotion.arms.planar_self_motion import PlanarLine, PlanarSelfMotion
 from selfmotion.arms.radii import Radii, radii_of
 from selfmotion.errors import InvalidInputError
@@ -146,6 +146,27 @@ class PlanarArm:
         rows = [-lever[..., 1], lever[..., 0]]
         if self.direction is not None:
             rows.append(np.ones_like(lever[..., 0]))
+        return np.stack(rows, axis=-2)
+
+    def jacobian_rate(self, q: ArrayLike, dq: ArrayLike) -> FloatArray:
+        """Return how :meth:`jacobian` changes along `dq`, ``Σ_j ∂J/∂θ_j dq_j``.
+
+        Parameters
+        ----------
+        q, dq : array_like, shape (..., n)
+
+        Returns
+        -------
+        array, shape (..., tasks, n)
+            The second derivatives of the task: for any λ, ``λᵀ jacobian_rate(q, v)`` is the Hessian of λᵀx times v.
+        """
+        phi, spin = np.cumsum(self._joints(q), axis=-1), np.cumsum(self._joints(dq), axis=-1)
+        # Column i of the Jacobian is the lever from joint i to the tool, a quarter turn ahead; its rate is theirs.
+        along = np.cumsum((self.links * np.cos(phi) * spin)[..., ::-1], axis=-1)[..., ::-1]
+        across = np.cumsum((self.links * np.sin(phi) * spin)[..., ::-1], axis=-1)[..., ::-1]
+        rows = [-along, -across]
+        if self.direction is not None:
+            rows.append(np.zeros_like(along))
         return np.stack(rows, axis=-2)
 
     def manipulability(self, q: ArrayLike) -> FloatArray:
@@ -298,6 +319,36 @@ class PlanarArm:
         """Return whether postures (..., n) are on a branch, or within `tolerance` of its fold in sin θ2."""
         sign = _SIGNS[branch_index(self.branches, branch)]
         return np.asarray(sign * np.sin(self._joints(q)[..., 1]) >= -tolerance)
+
+    def boxes(self, elbow: str = "any") -> list[JointBox]:
+        """Return the joint limits, narrowed to one elbow: to half turns of joint 2.
+
+        Parameters
+        ----------
+        elbow : {"any", "positive", "negative"}
+
+        Returns
+        -------
+        list of JointBox
+            One per half turn inside the limits; postures in it have the elbow, folds included.
+        """
+        whole = JointBox(self.limits.lower, self.limits.upper)
+        if elbow == "any":
+            return [whole]
+        half = 0.0 if _SIGNS[branch_index(self.branches, elbow)] > 0 else -np.pi
+        low, high = whole.lower[1], whole.upper[1]
+        first, last = np.floor((low - half) / TAU), np.floor((high - half) / TAU)
+        if not np.isfinite(
+            [first, last]
+        ).all():  # whole turns are free on one side at least: one of them stands for all
+            first = last = 0.0 if np.isinf([low, high]).all() else (first + 1 if np.isfinite(first) else last - 1)
+        found = []
+        for turn in np.arange(first, last + 1):
+            box = JointBox(whole.lower.copy(), whole.upper.copy())
+            box.lower[1], box.upper[1] = max(low, half + TAU * turn), min(high, half + TAU * turn + np.pi)
+            if box.lower[1] <= box.upper[1]:
+                found.append(box)
+        return found
 
     def line(self, u0: ArrayLike, direction: ArrayLike) -> PlanarLine:
         """Return the one-parameter self-motion u(s) = u0 + s·direction.

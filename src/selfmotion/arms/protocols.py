@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 from numpy.typing import ArrayLike
 
 from selfmotion._types import BoolArray, FloatArray, IntArray
-from selfmotion.arms.limits import JointLimits
+from selfmotion.arms.limits import JointBox, JointLimits
 from selfmotion.intervals import IntervalSet
 
 
@@ -154,6 +154,14 @@ class RedundantArm(Protocol):
 
     def jacobian(self, q: ArrayLike) -> FloatArray:
         """Return the derivative of :meth:`task_residual`, up to its sign, shape (..., tasks, n)."""
+        ...
+
+    def jacobian_rate(self, q: ArrayLike, dq: ArrayLike) -> FloatArray:
+        """Return the change of :meth:`jacobian` along dq, shape (..., tasks, n)."""
+        ...
+
+    def boxes(self, elbow: str = "any") -> list[JointBox]:
+        """Return the joint limits, narrowed to one elbow."""
         ...
 
     def task_residual(self, q: ArrayLike, x: ArrayLike) -> FloatArray:

@@ -21,7 +21,7 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.objectives import OBJECTIVES
 from selfmotion.optimizers import OPTIMIZERS, Optimizer
 from selfmotion.paths import PATHS, Path
-from selfmotion.planners import PLANNERS
+from selfmotion.planners import PLANNERS, Planner
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Pair = Annotated[list[Number], Field(min_length=2, max_length=2)]
@@ -40,7 +40,7 @@ _SECTIONS: dict[str, Mapping[str, type]] = {
     "planner": PLANNERS,
     "optimizer": OPTIMIZERS,
 }
-_NESTED = {Path: "path", Optimizer: "optimizer"}
+_NESTED = {Path: "path", Optimizer: "optimizer", Planner: "planner"}
 
 
 # pydantic's error types in our words: what is wrong, what to do.
@@ -200,6 +200,8 @@ def _nested(hint: Any, name: str, value: Any) -> Any:
         return inside(name, build, _NESTED[hint], value)
     if get_origin(hint) is Sequence and get_args(hint)[0] in _NESTED:
         return [inside(f"{name}.{k}", build, _NESTED[get_args(hint)[0]], item) for k, item in enumerate(value)]
+    if value is not None and get_args(hint) and get_args(hint)[0] in _NESTED:  # one that may be left out
+        return inside(name, build, _NESTED[get_args(hint)[0]], value)
     return value
 
 

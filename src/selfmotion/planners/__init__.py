@@ -10,12 +10,16 @@ from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
 from selfmotion.planners.chain import module_problems
 from selfmotion.planners.modules import Modules
+from selfmotion.planners.moving_base import MovingBase
 from selfmotion.planners.parametric import Candidates, Parametric, Sinusoid
+from selfmotion.planners.refine import Refine
 from selfmotion.planners.series import BSpline, Harmonics
 from selfmotion.plans import Plan
 from selfmotion.problem import Problem
 
-PLANNERS: dict[str, type[Planner]] = {planner.kind: planner for planner in (Sinusoid, Harmonics, BSpline, Modules)}
+PLANNERS: dict[str, type[Planner]] = {
+    planner.kind: planner for planner in (Sinusoid, Harmonics, BSpline, Modules, MovingBase, Refine)
+}
 """Every planner by the ``kind`` of a problem file."""
 
 
@@ -55,9 +59,11 @@ __all__ = [
     "Candidates",
     "Harmonics",
     "Modules",
+    "MovingBase",
     "Parametric",
     "Plan",
     "Planner",
+    "Refine",
     "Sinusoid",
     "module_problems",
     "plan",

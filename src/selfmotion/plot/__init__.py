@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from selfmotion._types import FloatArray
 from selfmotion.breaks import Break
 from selfmotion.domain import angle_domain
@@ -34,8 +36,14 @@ def plan_figures(plan: Plan) -> dict[str, bytes]:
     if plan.problem.arm.n_u == 1:
         r = plan.problem.rows
         domain = angle_domain(plan.problem.arm, plan.problem.path)
-        curve = {"this plan": (r, plan.u(r)[:, 0])}
-        files |= rendered("motion_in_domain", draw_domain, domain, plan.motion.branch, curve)
+        on = plan.problem.arm.branch_of(plan(r))
+        used = np.unique(on)
+        with figure(width=3.5 * len(used), columns=len(used)) as (canvas, panels):
+            for branch, axes in zip(used, panels, strict=True):
+                draw_domain(
+                    axes, domain, int(branch), {"this plan": (r, np.where(on == branch, plan.u(r)[:, 0], np.nan))}
+                )
+            files |= image_files("motion_in_domain", canvas)
     return files
 
 

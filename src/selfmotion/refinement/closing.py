@@ -1,0 +1,148 @@
+"""From a spline that nearly keeps the task to a motion that keeps it exactly, between the collocation points too."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from selfmotion._types import FloatArray
+from selfmotion.angles import nearest_turn
+from selfmotion.arms import JointBox, RedundantArm
+from selfmotion.paths import Path
+from selfmotion.paths.base import path_parameter
+from selfmotion.refinement.spline import SplineSpace
+
+# Joints nearer to a limit than about this are moved less [rad]; corrections are far smaller.
+_SOFT = 0.05
+_EXACT = 1e-15
+_MOST_STEPS = 30
+_NODES_PER_SPAN = 8
+
+
+class _Closed(NamedTuple):
+    """Postures on the task and what made them, k of each."""
+
+    q: FloatArray
+    s: FloatArray
+    freedom: FloatArray
+    jacobian: FloatArray
+    multipliers: FloatArray
+
+
+class ClosedSpline:
+    """The motion ``θ = s + D(s) J(s)ᵀ λ``, where λ(r) makes the tool be at x(r).
+
+    Parameters
+    ----------
+    arm : RedundantArm
+    path : Path
+    space : SplineSpace
+    coefficients : array, shape (n, m)
+        Of s, inside the limits.
+    box : JointBox
+        Joint limits, narrowed to one elbow if the problem asks for it.
+
+    Notes
+    -----
+    D is diagonal, ``D_i = a_i/(a_i + ρ)`` with ``a_i = (s_i − lower)(upper − s_i)/(upper − lower)`` the room that joint
+    i has, and 1 for a free joint. Since ``D_i |v| < a_i`` whenever ``|v| < ρ`` = 0.05 rad, a correction below ρ cannot
+    break a limit, and a joint on a limit stays there: limits hold by construction, not by a check. The motion is as
+    smooth as s and x are, wherever the arm is not singular.
+    """
+
+    def __init__(
+        self, arm: RedundantArm, path: Path, space: SplineSpace, coefficients: FloatArray, box: JointBox
+    ) -> None:
+        self.arm, self.path, self.space, self.box = arm, path, space, box
+        self.coefficients = coefficients
+        self._spline = space.spline(coefficients)
+        both = np.isfinite(box.lower) & np.isfinite(box.upper)
+        self._width = np.where(both, box.upper - np.where(both, box.lower, 0.0), np.inf)
+        self._nodes = path.grid(_NODES_PER_SPAN * space.m)
+        self._directions = np.unwrap(arm.u_of(self(self._nodes)), axis=0)
+
+    def __call__(self, r: ArrayLike) -> FloatArray:
+        """Return the joint angles, shape (..., n), turns included [rad]."""
+        values = path_parameter(r)
+        return self._closed(values.reshape(-1)).q.reshape(*values.shape, self.arm.n)
+
+    def u(self, r: ArrayLike) -> FloatArray:
+        """Return the redundancy vector, shape (..., n_u), continuous along the path [rad]."""
+        values = path_parameter(r)
+        near = np.stack([np.interp(values, self._nodes, column) for column in self._directions.T], axis=-1)
+        return nearest_turn(self.arm.u_of(self(values)), near)
+
+    def rates(self, r: ArrayLike) -> FloatArray:
+        """Return dθ/dr, shape (..., n)."""
+        values = path_parameter(r)
+        flat = values.reshape(-1)
+        at = self._closed(flat)
+        ds = self._spline(flat, 1)
+        pull = (at.jacobian * at.multipliers[:, :, None]).sum(axis=1)
+        turning = (self.arm.jacobian_rate(at.s, ds) * at.multipliers[:, :, None]).sum(axis=1)
+        given = ds + self._freedom_rate(at.s, ds) * pull + at.freedom * turning
+        now = self.arm.jacobian(at.q)
+        wanted = np.zeros(at.multipliers.shape)
+        wanted[:, :2] = self.path(flat, 1)  # a direction that is kept has no rate
+        lack = wanted - (now @ given[:, :, None])[:, :, 0]
+        speed = _solved((now * at.freedom[:, None, :]) @ np.swapaxes(at.jacobian, 1, 2), lack)
+        rates = given + at.freedom * (at.jacobian * speed[:, :, None]).sum(axis=1)
+        return rates.reshape(*values.shape, self.arm.n)
+
+    def correction(self, r: FloatArray) -> FloatArray:
+        """Return the largest change of a joint from s to the motion at r (k,), shape (k,) [rad]."""
+        at = self._closed(r)
+        return np.asarray(np.abs(at.q - at.s).max(axis=1))
+
+    def _room(self, s: FloatArray) -> FloatArray:
+        """Return the room a of each joint: below the distance to either limit, infinite for a free joint."""
+        below, above = s - self.box.lower, self.box.upper - s
+        two_sided = np.isfinite(self._width)
+        product = np.where(two_sided, below, 1.0) * np.where(two_sided, above, 1.0) / self._width
+        return np.maximum(np.where(two_sided, product, np.minimum(below, above)), 0.0)
+
+    def _freedom(self, s: FloatArray) -> FloatArray:
+        room = self._room(s)
+        return np.where(np.isfinite(room), room / (np.where(np.isfinite(room), room, 0.0) + _SOFT), 1.0)
+
+    def _freedom_rate(self, s: FloatArray, ds: FloatArray) -> FloatArray:
+        two_sided = np.isfinite(self._width)
+        middle = np.where(two_sided, self.box.lower, 0.0) + np.where(two_sided, self.box.upper, 0.0)
+        one_sided = np.where(np.isfinite(self.box.lower), 1.0, np.where(np.isfinite(self.box.upper), -1.0, 0.0))
+        slope = np.where(two_sided, (middle - 2 * s) / self._width, one_sided)
+        room = self._room(s)
+        return np.where(
+            np.isfinite(room), slope * ds * _SOFT / (np.where(np.isfinite(room), room, 0.0) + _SOFT) ** 2, 0.0
+        )
+
+    def _closed(self, r: FloatArray) -> _Closed:
+        """Solve for λ by Newton's method, all r at once; where it fails the tracking error says so."""
+        arm, x, s = self.arm, self.path(r), self._spline(r)
+        freedom, jacobian = self._freedom(s), arm.jacobian(s)
+        multipliers = np.zeros(jacobian.shape[:2])
+        best, least = s, arm.task_error(s, x)
+        found = multipliers
+        for _ in range(_MOST_STEPS):
+            if not least.max(initial=0.0) > _EXACT * arm.reach:
+                break
+            lack = arm.task_residual(best, x)
+            step = _solved((arm.jacobian(best) * freedom[:, None, :]) @ np.swapaxes(jacobian, 1, 2), lack)
+            multipliers = found + step
+            q = s + freedom * (jacobian * multipliers[:, :, None]).sum(axis=1)
+            miss = arm.task_error(q, x)
+            better = miss < least
+            if not better.any():
+                break
+            found = np.where(better[:, None], multipliers, found)
+            best, least = np.where(better[:, None], q, best), np.where(better, miss, least)
+        return _Closed(best, s, freedom, jacobian, found)
+
+
+def _solved(matrices: FloatArray, right: FloatArray) -> FloatArray:
+    """Solve small systems (k, t, t) for (k, t); a singular one gives no finite answer, or a huge one."""
+    try:
+        return np.asarray(np.linalg.solve(matrices, right[:, :, None])[:, :, 0])
+    except np.linalg.LinAlgError:
+        return np.asarray((np.linalg.pinv(matrices) @ right[:, :, None])[:, :, 0])

@@ -1,0 +1,104 @@
+"""Motions to start from: many postures led along the path at once by differential inverse kinematics."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from selfmotion._types import BoolArray, FloatArray
+from selfmotion.arms import JointBox, RedundantArm
+from selfmotion.paths import Path
+
+# Joints nearer to a limit than about this are moved less [rad].
+_SOFT = 0.1
+_TO_LIMIT = 0.9
+_BOLDEST = 0.4
+_ON_TASK = 1e-9
+_CORRECTIONS = 6
+
+
+def followed(
+    arm: RedundantArm, path: Path, box: JointBox, q: FloatArray, drift: FloatArray, r: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Lead postures along a path inside the limits.
+
+    Parameters
+    ----------
+    arm : RedundantArm
+    path : Path
+    box : JointBox
+    q : array, shape (p, n)
+        Postures on the task at r[0], inside the limits.
+    drift : array, shape (p, n)
+        Joint rates dθ/dr that the self-motion follows as far as the task allows; zero for the least joint motion.
+    r : array, shape (k,)
+        Path parameters to pass, rising or falling.
+
+    Returns
+    -------
+    motions : array, shape (p, k, n)
+        A posture that can go no further stays as it is.
+    reached : array, shape (p,)
+        The last r at which the task was kept.
+    """
+    motions = np.empty((len(q), len(r), arm.n))
+    motions[:, 0] = q
+    reached, going = np.full(len(q), r[0]), np.ones(len(q), dtype=bool)
+    for k in range(1, len(r)):
+        motions[:, k] = motions[:, k - 1]
+        moved, ok = on_task(arm, path(r[k]), box, motions[going, k - 1], drift[going] * (r[k] - r[k - 1]), _CORRECTIONS)
+        index = np.flatnonzero(going)[ok]
+        motions[index, k], reached[index] = moved[ok], r[k]
+        going[np.flatnonzero(going)[~ok]] = False
+        if not going.any():
+            motions[:, k:] = motions[:, k - 1 : k]
+            break
+    return motions, reached
+
+
+def on_task(
+    arm: RedundantArm, x: FloatArray, box: JointBox, q: FloatArray, drift: FloatArray | float = 0.0, most: int = 60
+) -> tuple[FloatArray, BoolArray]:
+    """Move postures onto a task point inside the limits, by Newton steps weighted by each joint's room.
+
+    Parameters
+    ----------
+    arm : RedundantArm
+    x : array, shape (2,)
+    box : JointBox
+    q : array, shape (p, n)
+        Inside the limits.
+    drift : array, shape (p, n), optional
+        Self-motion that the first step adds [rad].
+    most : int
+        Largest number of steps.
+
+    Returns
+    -------
+    q : array, shape (p, n)
+    ok : array of bool, shape (p,)
+        Whether the task is kept.
+    """
+    wish = np.broadcast_to(drift, q.shape)
+    for k in range(most):
+        ok = arm.task_error(q, x) <= _ON_TASK * arm.reach
+        if ok.all() and k > 0:
+            break
+        below, above = q - box.lower, box.upper - q
+        room = np.maximum(np.minimum(below, above), 0.0)
+        freedom = np.where(np.isfinite(room), room / (np.where(np.isfinite(room), room, 0.0) + _SOFT), 1.0)
+        jacobian = arm.jacobian(q)
+        weighted = jacobian * freedom[:, None, :]
+        wish = freedom * wish
+        lack = arm.task_residual(q, x) - (jacobian @ wish[:, :, None])[:, :, 0]
+        square = weighted @ np.swapaxes(jacobian, 1, 2)
+        size = np.trace(square, axis1=1, axis2=2)[:, None, None]
+        damped = square + 1e-9 * np.maximum(size, 1e-300) * np.eye(square.shape[1])
+        step = wish + (np.swapaxes(weighted, 1, 2) @ np.linalg.solve(damped, lack[:, :, None]))[:, :, 0]
+        speed = np.where(step < 0, -step, step)
+        way = np.where(step < 0, below, above)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            limit = np.where(speed > 0, _TO_LIMIT * way / speed, np.inf).min(axis=1)
+        limit = np.minimum(limit, _BOLDEST / np.maximum(speed.max(axis=1), 1e-300))
+        q = q + np.clip(limit, 0.0, 1.0)[:, None] * step
+        wish = np.zeros_like(q)
+    return q, np.asarray(arm.task_error(q, x) <= _ON_TASK * arm.reach)

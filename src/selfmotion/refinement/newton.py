@@ -1,0 +1,331 @@
+"""Newton's method on the motions that keep the task: interior point, preconditioned conjugate gradients, trust region.
+
+Let c be the unknowns, f(c) the tool at the collocation points, F the cost. With a logarithmic barrier for the limits,
+
+    φ(c) = F(c) − μ Σ log(c − lower) − μ Σ log(upper − c),    f(c) = x,
+
+every iterate keeps f(c) = x: a step d is tangent, ``A d = 0`` with A = ∂f/∂c, and is then carried back to the task.
+It minimises ``gᵀd + ½ dᵀHd``, H being the Hessian of the Lagrangian ``φ − λᵀ(f − x)`` with the barrier's part
+replaced by the primal-dual one (Wächter, Biegler 2006), by the conjugate gradients of Steihaug (1983) projected onto
+the tangents (Gould, Hribar, Nocedal 2001). The preconditioner P is H without the curvature of the task: one matrix per
+joint, so that ``S = A P⁻¹ Aᵀ``, of the size of the task, is all that couples the joints. What P leaves out is of order
+zero where P is of order two in d/dr; so the number of inner steps does not grow with the number of knots, and an
+iteration costs O(n).
+"""
+
+from __future__ import annotations
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+from selfmotion._types import FloatArray
+from selfmotion.refinement.collocation import Collocation
+
+# Tracking at the collocation points, as a part of the reach.
+_ON_TASK = 1e-13
+_LOST = 1e-10
+# Part of the way to a limit that one step may go.
+_TO_LIMIT = 0.99
+# Largest change of a joint in one step towards the task [rad], where the task is far from linear.
+_BOLDEST = 0.5
+_MASS = 1.0
+_INNER = 80
+_SHRINK = 0.15  # of μ
+_NOISE = 1e-14  # part of the cost that is rounding
+_STUCK = 1e-9  # radius of the trust region below which nothing more is gained
+_EDGE = 1e-3  # a start that leaves the limits is moved inside by this part of their width
+
+
+class Minimum(NamedTuple):
+    """Where the search ended.
+
+    Attributes
+    ----------
+    c : array, shape (n, f)
+        Unknowns.
+    cost : float
+    iterations : int
+    converged : bool
+        Whether the Newton decrement is below what was asked for; else the iterations or the time ran out.
+    """
+
+    c: FloatArray
+    cost: float
+    iterations: int
+    converged: bool
+
+
+class _Linear:
+    """What is linear in a step at one iterate: P⁻¹, A, and the projection onto the tangents of the task."""
+
+    def __init__(self, problem: Collocation, q: FloatArray, matrices: FloatArray) -> None:
+        from scipy.linalg import cho_factor
+
+        self.problem, self.matrices = problem, matrices
+        self._inverse = np.linalg.inv(matrices)
+        values = problem.values
+        self._jacobian = problem.arm.jacobian(q)
+        spread = values @ self._inverse @ values.T
+        k, tasks, _ = self._jacobian.shape
+        schur = np.empty((k, tasks, k, tasks))
+        by_joint = self._jacobian.transpose(1, 2, 0)
+        for a in range(tasks):
+            for b in range(a, tasks):
+                block = np.einsum("ik,ikl,il->kl", by_joint[a], spread, by_joint[b])
+                schur[:, a, :, b] = block
+                schur[:, b, :, a] = block.T
+        square = schur.reshape(k * tasks, k * tasks)
+        # Where the arm is stretched out the tool cannot move along it: a ridge far below anything that matters.
+        square[np.diag_indices(k * tasks)] *= 1 + 1e-13
+        self._schur = cho_factor(square, overwrite_a=True, check_finite=False)
+
+    def solve(self, c: FloatArray) -> FloatArray:
+        """Return P⁻¹ c."""
+        return (self._inverse @ c[:, :, None])[:, :, 0]
+
+    def task(self, d: FloatArray) -> FloatArray:
+        """Return A d, shape (k, tasks)."""
+        return np.asarray((self._jacobian @ (self.problem.values @ d.T)[:, :, None])[:, :, 0])
+
+    def transposed(self, y: FloatArray) -> FloatArray:
+        """Return Aᵀ y, shape (n, f)."""
+        return np.asarray((self._jacobian * y[:, :, None]).sum(axis=1).T @ self.problem.values)
+
+    def multipliers(self, c: FloatArray) -> FloatArray:
+        """Return ``S⁻¹ A c`` for c that P⁻¹ was applied to."""
+        return self._schur_solve(self.task(c))
+
+    def tangent(self, c: FloatArray) -> FloatArray:
+        """Return P⁻¹ c, projected onto the tangents in the metric of P."""
+        moved = self.solve(c)
+        return moved - self.solve(self.transposed(self.multipliers(moved)))
+
+    def towards(self, lack: FloatArray) -> FloatArray:
+        """Return the least step, in the metric of P, that moves the tool by `lack` to first order."""
+        return self.solve(self.transposed(self._schur_solve(lack)))
+
+    def product(self, a: FloatArray, b: FloatArray) -> float:
+        """Return the inner product of P."""
+        return float((a * (self.matrices @ b[:, :, None])[:, :, 0]).sum())
+
+    def to_edge(self, step: FloatArray, direction: FloatArray, radius: float) -> float:
+        """Return the t ≥ 0 at which step + t direction has length `radius`."""
+        a, b = self.product(direction, direction), self.product(step, direction)
+        c = radius * radius - self.product(step, step)
+        return float((-b + np.sqrt(max(b * b + a * c, 0.0))) / a) if a > 0 else 0.0
+
+    def _schur_solve(self, y: FloatArray) -> FloatArray:
+        from scipy.linalg import cho_solve
+
+        return np.asarray(cho_solve(self._schur, y.ravel(), check_finite=False)).reshape(y.shape)
+
+
+class _Barrier:
+    """Distances of the unknowns to their limits, and the multipliers of the limits."""
+
+    def __init__(self, problem: Collocation, c: FloatArray, mu: float) -> None:
+        self.lower, self.upper = problem.box.lower[:, None], problem.box.upper[:, None]
+        finite = np.isfinite(np.stack([self.lower, self.upper]))
+        self.count = int(finite.sum()) * c.shape[1]
+        self.z = np.where(finite, mu / self.distances(c), 0.0)
+
+    def distances(self, c: FloatArray) -> FloatArray:
+        """Return how far the unknowns are from the lower and the upper limits, shape (2, n, f); infinite if free."""
+        return np.stack([c - self.lower, self.upper - c])
+
+    def value(self, c: FloatArray, mu: float) -> float:
+        """Return the barrier at c, infinite outside."""
+        a = self.distances(c)
+        if not (a > 0).all():
+            return np.inf
+        return -mu * float(np.log(a[np.isfinite(a)]).sum())
+
+    def gradient(self, c: FloatArray, mu: float) -> FloatArray:
+        """Return the derivative of :meth:`value`."""
+        a = mu / self.distances(c)
+        return np.asarray(a[1] - a[0])
+
+    def curvature(self, c: FloatArray) -> FloatArray:
+        """Return the primal-dual diagonal, shape (n, f)."""
+        return np.asarray((self.z / self.distances(c)).sum(axis=0))
+
+    def room(self, c: FloatArray, d: FloatArray) -> float:
+        """Return the largest t for which c + t d is inside."""
+        speed = np.stack([-d, d])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return float(np.where(speed > 0, self.distances(c) / speed, np.inf).min())
+
+    def advance(self, c: FloatArray, d: FloatArray, after: FloatArray, mu: float) -> None:
+        """Move the multipliers along with a step d from c to `after`."""
+        a = self.distances(c)
+        change = mu / a - self.z - self.z / a * np.stack([d, -d])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            room = np.where(change < 0, -self.z / change, np.inf).min(initial=np.inf)
+        self.z += min(1.0, _TO_LIMIT * room) * change
+        centred = mu / self.distances(after)
+        self.z = np.clip(self.z, 1e-8 * centred, 1e8 * centred)
+
+
+class _Iterate:
+    """The quadratic model of φ on the motions that keep the task, at c."""
+
+    def __init__(self, problem: Collocation, barrier: _Barrier, c: FloatArray, mu: float) -> None:
+        self.problem = problem
+        self._density = problem.density(c)
+        self._limits = barrier.curvature(c)
+        self._q = problem.postures(c)
+        stiff = problem.stiffness(self._density.diagonal, _MASS * float(problem.weights.max()))
+        self.linear = _Linear(problem, self._q, _with_diagonal(stiff, self._limits))
+        slope = problem.gradient(self._density) + barrier.gradient(c, mu)
+        self._multipliers = self.linear.multipliers(self.linear.solve(slope))
+        self.gradient = slope - self.linear.transposed(self._multipliers)
+        self.decrement = float((self.gradient * self.linear.tangent(self.gradient)).sum())
+
+    def hessian(self, d: FloatArray) -> FloatArray:
+        """Return H d."""
+        values = self.problem.values
+        bent = self.problem.arm.jacobian_rate(self._q, values @ d.T)
+        task = (bent * self._multipliers[:, :, None]).sum(axis=1).T @ values
+        return self.problem.curvature(self._density, d) + self._limits * d - task
+
+    def promised(self, step: FloatArray) -> float:
+        """Return by how much the model falls along `step`."""
+        return -float((self.gradient * step).sum() + 0.5 * (step * self.hessian(step)).sum())
+
+    def step(self, radius: float) -> tuple[FloatArray, bool]:
+        """Return the tangent step that minimises the model within `radius`, and whether it ends on the edge."""
+        linear = self.linear
+        step, residual = np.zeros_like(self.gradient), self.gradient.copy()
+        steepest = linear.tangent(residual)
+        direction = -steepest
+        product = float((residual * steepest).sum())
+        wanted = 0.1 * product * min(1e-2, np.sqrt(product))
+        for _ in range(_INNER):
+            bent = self.hessian(direction)
+            curvature = float((direction * bent).sum())
+            length = product / curvature if curvature > 0 else np.inf
+            room = linear.to_edge(step, direction, radius)
+            if length >= room:
+                return step + room * direction, True
+            step = step + length * direction
+            residual = residual + length * bent
+            steepest = linear.tangent(residual)
+            product, before = float((residual * steepest).sum()), product
+            if product <= wanted:
+                break
+            direction = product / before * direction - steepest
+        return step, False
+
+
+def minimise(
+    problem: Collocation,
+    coefficients: FloatArray,
+    tolerance: float = 1e-10,
+    mu: float = 1e-2,
+    most: int = 200,
+    deadline: float = np.inf,
+) -> Minimum | None:
+    """Find the motion of least cost near a given one.
+
+    Parameters
+    ----------
+    problem : Collocation
+    coefficients : array, shape (n, m)
+        Spline to start from. It need keep neither task nor limits; it is moved to both first.
+    tolerance : float
+        Part of the cost by which the answer may exceed the local minimum of the discretised problem.
+    mu : float
+        First weight of the barrier.
+    most : int
+        Largest number of iterations.
+    deadline : float
+        Time of :func:`time.perf_counter` after which the search stops.
+
+    Returns
+    -------
+    Minimum or None
+        None if no motion near the given one keeps task and limits.
+    """
+    c = _to_task(problem, _inside(problem, problem.unknowns(coefficients)), mu)
+    if c is None:
+        return None
+    barrier = _Barrier(problem, c, mu)
+    floor = tolerance * max(problem.cost(c), 1e-300)
+    least = floor / barrier.count if barrier.count else mu
+    radius = 1.0
+    for iteration in range(most):
+        if time.perf_counter() > deadline:
+            break
+        iterate = _Iterate(problem, barrier, c, mu)
+        while iterate.decrement <= max(floor, 0.1 * mu if barrier.count else 0.0):
+            if mu <= least:
+                return Minimum(c, problem.cost(c), iteration, True)
+            mu = max(_SHRINK * mu, least)
+            iterate = _Iterate(problem, barrier, c, mu)
+        step, at_edge = iterate.step(radius)
+        step *= min(1.0, _TO_LIMIT * barrier.room(c, step))
+        before, promised = problem.cost(c) + barrier.value(c, mu), iterate.promised(step)
+        after = _carried(problem, iterate.linear, c + step)
+        gained = -np.inf if after is None else before - problem.cost(after) - barrier.value(after, mu)
+        if after is not None and (gained > 0.05 * promised or abs(gained) <= _NOISE * abs(before)):
+            barrier.advance(c, step, after, mu)
+            c = after
+            if at_edge and gained > 0.75 * promised:
+                radius *= 2.5
+            elif gained < 0.25 * promised:
+                radius *= 0.4
+        else:
+            radius = 0.3 * min(radius, np.sqrt(iterate.linear.product(step, step)))
+            if radius < _STUCK:
+                break
+    return Minimum(c, problem.cost(c), most, False)
+
+
+def _with_diagonal(matrices: FloatArray, diagonal: FloatArray) -> FloatArray:
+    index = np.arange(diagonal.shape[1])
+    matrices[:, index, index] += diagonal
+    return matrices
+
+
+def _inside(problem: Collocation, c: FloatArray) -> FloatArray:
+    """Return unknowns moved strictly inside the limits."""
+    lower, upper = problem.box.lower[:, None], problem.box.upper[:, None]
+    with np.errstate(invalid="ignore"):
+        width = np.where(np.isfinite(upper - lower), upper - lower, 1.0)
+    return np.clip(c, lower + _EDGE * width, upper - _EDGE * width)
+
+
+def _to_task(problem: Collocation, c: FloatArray, mu: float, most: int = 60) -> FloatArray | None:
+    """Return motion c moved onto the task inside the limits, by Newton steps that are short near the limits."""
+    nodes = np.ones((len(problem.space.nodes), problem.arm.n))
+    plain, barrier = problem.stiffness(nodes, 1.0), _Barrier(problem, c, mu)
+    for _ in range(most):
+        q = problem.postures(c)
+        if problem.miss(q) <= _ON_TASK:
+            return c
+        near = mu / np.square(barrier.distances(c)).min(axis=0)
+        try:
+            linear = _Linear(problem, q, _with_diagonal(plain.copy(), near))
+        except np.linalg.LinAlgError:
+            return None
+        step = linear.towards(problem.lack(q))
+        boldest = np.abs(problem.values @ step.T).max(initial=1e-300)
+        c = c + min(1.0, 0.9 * barrier.room(c, step), _BOLDEST / boldest) * step
+    return c if problem.miss(problem.postures(c)) <= _LOST else None
+
+
+def _carried(problem: Collocation, linear: _Linear, c: FloatArray) -> FloatArray | None:
+    """Return c carried back onto the task by steps across the tangents at the last iterate; None if it is too far."""
+    before = np.inf
+    for _ in range(12):
+        q = problem.postures(c)
+        miss = problem.miss(q)
+        if miss <= _ON_TASK:
+            return c
+        if miss >= 0.9 * before:
+            break
+        before = miss
+        c = c + linear.towards(problem.lack(q))
+    return c if before <= 100 * _ON_TASK else None

@@ -1,0 +1,230 @@
+"""Many different motions to start a refinement from: random postures and self-motions, led along the path."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from selfmotion._types import FloatArray, IntArray
+from selfmotion.angles import TAU
+from selfmotion.arms import JointBox
+from selfmotion.paths import Reversed
+from selfmotion.problem import Posture, Problem
+from selfmotion.refinement.follow import followed, on_task
+from selfmotion.refinement.spline import Ends
+
+_STEPS = 200
+_POOL = 64  # postures led along the path at once
+_TRIES = 8  # pools that may be drawn before the search for starts is given up
+_INSIDE = 0.02  # of a joint's range: where followers start that should start on a limit
+_LOCKED = 5e-10  # half-width given to a joint whose limits leave it none [rad]
+_DRIFT = 3.0  # standard deviation of the random self-motion, at most [rad along the path]
+_MOST_TURNS = 4
+_ON_LIMIT = 1e-9  # a posture may be given on a limit up to rounding [rad]
+
+
+@dataclass(frozen=True)
+class Start:
+    """A motion to start from.
+
+    Attributes
+    ----------
+    box : JointBox
+        Joint limits, narrowed to one elbow if the problem asks for it.
+    ends : Ends
+    r : array, shape (k,)
+    q : array, shape (k, n)
+        Joint angles at r, turns included. They need keep neither task nor limits.
+    reached : float
+        Part of the path along which they do.
+    """
+
+    box: JointBox
+    ends: Ends
+    r: FloatArray
+    q: FloatArray
+    reached: float
+
+
+def boxes_of(problem: Problem) -> list[JointBox]:
+    """Return the joint limits by elbow, each joint with room to move: a locked one is given ±5e-10 rad."""
+    found = []
+    for box in problem.arm.boxes(problem.elbow):
+        locked = box.upper - box.lower < 2 * _LOCKED
+        found.append(
+            JointBox(np.where(locked, box.lower - _LOCKED, box.lower), np.where(locked, box.upper + _LOCKED, box.upper))
+        )
+    return found
+
+
+def random_starts(problem: Problem, rng: np.random.Generator) -> Iterator[Start]:
+    """Yield motions to start from, those that could be led along the whole path first.
+
+    Parameters
+    ----------
+    problem : Problem
+    rng : Generator
+
+    Yields
+    ------
+    Start
+
+    Notes
+    -----
+    A posture at one end (the given one, or a random one moved onto the task) is led along the path by differential
+    inverse kinematics, with a random constant drift of the self-motion; the first by the least joint motion, without
+    any. What is asked of the other end is reached by adding a straight line.
+    """
+    boxes = boxes_of(problem)
+    broken: list[Start] = []
+    for pool in range(_TRIES):
+        whole: list[Start] = []
+        for box in boxes:
+            starts = fixed_postures(problem, problem.start, 0.0, box)
+            ends = fixed_postures(problem, problem.end, 1.0, box)
+            for start in _pool(problem, rng, box, starts, ends, pool == 0):
+                (whole if start.reached == 1.0 else broken).append(start)
+        yield from (whole[k] for k in _mixed(rng, len(whole)))
+    broken.sort(key=lambda start: -start.reached)
+    yield from broken
+
+
+def start_from(problem: Problem, q: FloatArray, r: FloatArray) -> Start:
+    """Return the start that a sampled motion is.
+
+    Parameters
+    ----------
+    problem : Problem
+    q : array, shape (k, n)
+        Joint angles at r, turns included, on the task and inside the limits.
+    r : array, shape (k,)
+        Ascending from 0 to 1.
+
+    Returns
+    -------
+    Start
+        In the elbow that the motion is in most, with straight lines added so that it ends where the problem wants it.
+    """
+    excess = [np.maximum(np.maximum(box.lower - q, q - box.upper), 0.0).sum() for box in boxes_of(problem)]
+    box = boxes_of(problem)[int(np.argmin(excess))]
+    starts = fixed_postures(problem, problem.start, 0.0, box)
+    ends = fixed_postures(problem, problem.end, 1.0, box)
+    q = problem.arm.limits.continuous(q)
+    start, end = _nearest(problem, q[0], starts) if starts else None, _nearest(problem, q[-1], ends) if ends else None
+    return _with_ends(problem, box, r, q, 1.0, start, end)
+
+
+def _mixed(rng: np.random.Generator, count: int) -> IntArray:
+    """Return a random order of `count` things, the first one left first."""
+    return np.concatenate([np.arange(min(count, 1)), 1 + rng.permutation(max(count - 1, 0))])
+
+
+def fixed_postures(problem: Problem, posture: Posture | None, r: float, box: JointBox) -> list[FloatArray]:
+    """Return the joint angles inside a box that a fixed posture may mean, none if it is not fixed.
+
+    Given by its redundancy vector, it has one posture per elbow, and a limited joint may be at it in several turns.
+    """
+    if posture is None:
+        return []
+    if posture.q is not None:
+        candidates = [posture.q]
+    else:
+        solved = [problem.arm.solve(problem.path(r), posture.u, branch) for branch in problem.elbow_branches]
+        candidates = [turned for q, ok in solved if ok for turned in _turned(q, box)]
+    inside = [((q >= box.lower - _ON_LIMIT) & (q <= box.upper + _ON_LIMIT)).all() for q in candidates]
+    return [np.clip(q, box.lower, box.upper) for q, ok in zip(candidates, inside, strict=True) if ok]
+
+
+def _turned(q: FloatArray, box: JointBox) -> list[FloatArray]:
+    """Return q with its limited joints in every turn that their limits allow, the fewest turns first."""
+    found = [q]
+    for j in np.flatnonzero(np.isfinite(box.lower) | np.isfinite(box.upper)):
+        turns = sorted(range(-_MOST_TURNS, _MOST_TURNS + 1), key=abs)
+        angles = [q[j] + TAU * turn for turn in turns]
+        inside = [angle for angle in angles if box.lower[j] - _ON_LIMIT <= angle <= box.upper[j] + _ON_LIMIT]
+        found = [np.concatenate([p[:j], [angle], p[j + 1 :]]) for p in found for angle in inside][:_POOL]
+    return found
+
+
+def _pool(
+    problem: Problem,
+    rng: np.random.Generator,
+    box: JointBox,
+    starts: list[FloatArray],
+    ends: list[FloatArray],
+    first: bool,
+) -> Iterator[Start]:
+    """Yield starts inside one box from many postures; `starts` and `ends` are those that it may begin and end with."""
+    if (problem.start is not None and not starts) or (problem.end is not None and not ends):
+        return
+    arm, backward = problem.arm, bool(ends and not starts)
+    path = Reversed(problem.path) if backward else problem.path
+    near = ends if backward else starts
+    given = np.array([near[k % len(near)] for k in range(_POOL)]) if near else _random_postures(box, rng, arm.n)
+    seeds, ok = on_task(arm, path(0.0), box, _inside(box, given))
+    seeds, given = seeds[ok], given[ok]
+    if not len(seeds):
+        return
+    drift = rng.normal(size=seeds.shape) * rng.uniform(0.0, _DRIFT, size=(len(seeds), 1))
+    if first:
+        drift[: max(len(near), 1)] = 0.0
+    r = np.linspace(0.0, 1.0, _STEPS + 1)
+    motions, reached = followed(arm, path, box, seeds, drift, r)
+    for q, part, posture in zip(motions, reached, given, strict=True):
+        if backward:
+            yield _with_ends(problem, box, r, q[::-1], float(part), None, posture)
+        else:
+            end = _nearest(problem, q[-1], ends) if ends else None
+            yield _with_ends(problem, box, r, q, float(part), posture if starts else None, end)
+
+
+def _nearest(problem: Problem, q: FloatArray, postures: list[FloatArray]) -> FloatArray:
+    """Return the posture nearest to q, its free joints in the nearest turns."""
+    limits = problem.arm.limits
+    near = min(postures, key=lambda posture: float(np.abs(limits.steps(q, posture)).max()))
+    return q + limits.steps(q, near)
+
+
+def _with_ends(
+    problem: Problem,
+    box: JointBox,
+    r: FloatArray,
+    q: FloatArray,
+    reached: float,
+    start: FloatArray | None,
+    end: FloatArray | None,
+) -> Start:
+    """Return a start that begins and ends where it must, by adding a straight line to what was found."""
+    first, last = q[0] if start is None else start, q[-1] if end is None else end
+    ends = Ends(start, end)
+    if problem.cyclic:
+        closure = np.zeros(problem.arm.n)
+        if problem.cyclic == "modulo":
+            closure = np.where(problem.arm.limits.limited, 0.0, TAU * np.rint((last - first) / TAU))
+        if start is None and end is not None:
+            start = first = end - closure
+        last, ends = first + closure, Ends(start, None, closure)
+    way = r[:, None]
+    return Start(box, ends, r, q + (1 - way) * (first - q[0]) + way * (last - q[-1]), reached)
+
+
+def _random_postures(box: JointBox, rng: np.random.Generator, n: int) -> FloatArray:
+    """Return random postures inside a box: free joints between straight and curled up, the first anywhere."""
+    lower, upper = (
+        np.where(np.isfinite(box.lower), box.lower, -np.pi),
+        np.where(np.isfinite(box.upper), box.upper, np.pi),
+    )
+    lower, upper = np.minimum(lower, upper - 1e-3), np.maximum(upper, lower + 1e-3)
+    free = ~(np.isfinite(box.lower) | np.isfinite(box.upper))
+    free[0] = False
+    curl = np.where(free, rng.uniform(0.1, 1.0, size=(_POOL, 1)), 1.0)
+    return curl * rng.uniform(lower, upper, size=(_POOL, n))
+
+
+def _inside(box: JointBox, q: FloatArray) -> FloatArray:
+    """Return postures moved off the limits, where followers would stick to them."""
+    with np.errstate(invalid="ignore"):
+        room = np.where(np.isfinite(box.upper - box.lower), box.upper - box.lower, 1.0) * _INSIDE
+    return np.clip(q, box.lower + room, box.upper - room)
