@@ -69,7 +69,7 @@ _HOME = {
 }  # fmt: skip
 _MODULE = {name: module for module, names in _HOME.items() for name in names}
 
-__all__ = [
+__all__ = [  # noqa: PLE0604
     "__version__",
     *sorted(_MODULE),
 ]
