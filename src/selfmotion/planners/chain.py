@@ -125,8 +125,9 @@ class Chain:
             branches = [b for b in module.elbow_branches if module.may_start_at(offset[i : i + 1], b)]
             if not branches:
                 reason = f"is outside the angle domain of module {i + 1} at r = 0"
-                field = f"planner.offset.{i}"
-                raise InvalidInputError(field, reason, module.feasible_at(0.0), float(offset[i]))
+                if i and self.limits[i].limited[0]:
+                    reason += f" and of its joint {3 * i + 1}, carried at offset {offset[i - 1]:.6g}"
+                raise InvalidInputError(f"planner.offset.{i}", reason, module.feasible_at(0.0), float(offset[i]))
             found.append(branches)
         return found
 

@@ -143,7 +143,7 @@ class MovingBase(Planner):
         return plan
 
     def candidates_for(self, problem: Problem, elbows: Sequence[int], places: int | None = None) -> ChainCandidates:
-        """Return what judges a population whose modules have these elbows, as the optimizer does or at more `places`."""
+        """Return what judges a population whose modules have these elbows, as the optimizer does or at `places`."""
         arm = splittable(problem)
         return ChainCandidates(
             problem,
