@@ -228,3 +228,20 @@ def test_progress_counts_every_generation():
     sm.plan(problem, planner(20, 30, elbows="alike", control_points=3), lambda *args: calls.append(args))
     assert [done for done, _, _ in calls] == list(range(1, 61))
     assert {total for _, total, _ in calls} == {60}
+
+
+def test_a_problem_file_may_say_where_to_start(run, seed_file):
+    file = seed_file(
+        arm={"kind": "planar", "links": [30] * 6, "limits": [None, [0, 3.1], None, None, [0, 3.1], None]},
+        path={"kind": "line", "start": [110, 20], "end": [120, 40]},
+        planner={
+            "kind": "moving_base",
+            "control_points": 3,
+            "around": [{"kind": "line", "start": [60, 0], "end": [60, 20]}],
+            "optimizer": {"kind": "differential_evolution", "population": 20, "iterations": 20, "seed": 1},
+        },
+        samples=100,
+    )
+    code, out, err = run("plan", file)
+    assert (code, err) == (0, "")
+    assert "moving_base, f1 = " in out
