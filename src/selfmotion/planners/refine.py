@@ -11,7 +11,7 @@ from typing import Any, NoReturn, Self
 import numpy as np
 
 from selfmotion._checks import integer, number, positive
-from selfmotion._types import BoolArray, FloatArray
+from selfmotion._types import FloatArray
 from selfmotion.domain import blocked_stretches
 from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError
 from selfmotion.optimizers import Progress
@@ -20,13 +20,14 @@ from selfmotion.plans import Plan
 from selfmotion.problem import Problem
 from selfmotion.refinement import ClosedSpline, Collocation, SplineSpace, minimise
 from selfmotion.refinement.starts import Start, random_starts, start_from
-from selfmotion.verification import verify_motion
+from selfmotion.verification import Failure, verify_motion
 
 _COARSE = 48  # spans that starts are compared on
 _MOST_SPANS = 400
 _MOST_CORNERS = 48
 _LEVELS = 8
-_REFINED = 3  # optima that are refined to the end
+_REFINED = 3  # optima that are refined to the end, at most
+_CAUTION = 10.0  # times as much as refinement changed one cost it may change another
 # Two optima are one if their costs agree to this part and their joints to this angle [rad].
 _SAME_COST = 1e-4
 _SAME_ANGLE = 0.05
@@ -122,6 +123,7 @@ class Refine(Planner):
 
     def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
         """Plan a motion; see :meth:`Planner.plan`."""
+        import scipy.linalg  # noqa: F401 (its BLAS must be loaded to be limited)
         from threadpoolctl import threadpool_limits
 
         # The matrices are small: several threads on each would only wait for one another.
@@ -147,12 +149,12 @@ class _Search:
         if blocked:
             raise InfeasibleError(blocked)
         stopped = self._search()
-        self.optima.sort(key=lambda optimum: optimum.cost)
-        self.optima[:_REFINED] = [self._refined(optimum) for optimum in self.optima[:_REFINED]]
-        self.optima.sort(key=lambda optimum: optimum.cost)
-        for optimum in self.optima[:_REFINED]:
+        failure: Failure | None = None
+        for optimum in self._best_refined():
             motion = optimum.motion
-            if verify_motion(problem, motion).holds:
+            check = verify_motion(problem, motion)
+            failure = failure or (None if check.holds else check.failures[0])
+            if check.holds:
                 return Plan(
                     problem,
                     motion,
@@ -161,7 +163,7 @@ class _Search:
                     self.iterations,
                     time.perf_counter() - self.began,
                 )
-        self._give_up(stopped)
+        self._give_up(stopped, failure)
 
     def _search(self) -> str:
         """Refine starts on the coarse level until the optima are likely all seen; return why it stopped."""
@@ -237,33 +239,51 @@ class _Search:
                 return
         self.optima.append(optimum)
 
+    def _best_refined(self) -> list[_Optimum]:
+        """Refine the best optima, as many as could turn out to be the best, and return them in order."""
+        self.optima.sort(key=lambda optimum: optimum.cost)
+        refined: list[_Optimum] = []
+        shift = 0.0  # what refinement has changed of a cost so far
+        for optimum in self.optima[:_REFINED]:
+            if refined and optimum.cost - shift * _CAUTION > min(other.cost for other in refined):
+                break
+            refined.append(self._refined(optimum))
+            shift = max(shift, abs(refined[-1].cost - optimum.cost))
+        refined.sort(key=lambda optimum: optimum.cost)
+        self.optima[: len(refined)] = refined
+        return refined
+
     def _refined(self, optimum: _Optimum) -> _Optimum:
         """Return an optimum on knots so fine that the cost no longer changes, or as fine as time allows."""
-        objective, width = self.problem.objective, _WIDTH
+        tolerance, width = self.planner.tolerance, _WIDTH if self.problem.objective.has_kinks else _NARROWEST
+        before = np.inf
         for _ in range(_LEVELS):
             if time.perf_counter() > self.deadline:
                 break
             space, motion = optimum.collocation.space, optimum.motion
-            exact = float(
-                space.weights
-                @ objective.chord(motion.rates(space.nodes), np.ones(len(space.nodes)), self.problem.weights)
-            )
-            rough = _rough_spans(motion, self.planner.tolerance)
-            close = abs(exact - optimum.cost) <= 0.5 * self.planner.tolerance * exact
-            if close and not rough.any():
+            cost = self._cost_of(motion)
+            settled = abs(cost - before) <= tolerance * cost or abs(cost - optimum.cost) <= 0.1 * tolerance * cost
+            correction = _corrections(motion)
+            rough = correction > min(tolerance, 0.5 * correction.max())
+            if width <= _NARROWEST and (settled or len(rough) + rough.sum() > _MOST_SPANS):
                 break
-            if len(rough) + rough.sum() > _MOST_SPANS and not (objective.has_kinks and width > _NARROWEST):
-                break
-            width = max(_NARROWER * width, _NARROWEST)
             finer = space.bisected(rough) if len(rough) + rough.sum() <= _MOST_SPANS else space
+            before, width = cost, max(_NARROWER * width, _NARROWEST)
             collocation = self._collocation(optimum.start, finer, width)
             coefficients = finer.interpolating(space.spline(optimum.coefficients)(finer.collocation))
-            minimum = minimise(collocation, coefficients, 0.01 * self.planner.tolerance, _WARM)
+            minimum = minimise(collocation, coefficients, 0.01 * tolerance, _WARM)
             if minimum is None:
                 break
             self.iterations += minimum.iterations
             optimum = _Optimum(optimum.start, collocation, minimum.c, minimum.cost, optimum.found)
+        optimum.cost = self._cost_of(optimum.motion)
         return optimum
+
+    def _cost_of(self, motion: ClosedSpline) -> float:
+        """Return the true cost of a motion, by the quadrature of its spline."""
+        space = motion.space
+        rates = motion.rates(space.nodes)
+        return float(space.weights @ self.problem.objective.chord(rates, np.ones(len(rates)), self.problem.weights))
 
     def _parameters(self, optimum: _Optimum, stopped: str) -> dict[str, Any]:
         return {
@@ -277,9 +297,9 @@ class _Search:
             "initial": self.initial,
         }
 
-    def _give_up(self, stopped: str) -> NoReturn:
-        if self.optima:
-            reason = f"{len(self.optima)} optima were found, but none holds between its collocation points"
+    def _give_up(self, stopped: str, failure: Failure | None) -> NoReturn:
+        if failure is not None:
+            reason = f"the best of {len(self.optima)} optima does not hold between its collocation points: {failure}"
         elif self.tried:
             reason = f"none of {self.tried} starts could be led along the path; the best got to r = {self.furthest:.4g}"
         else:
@@ -292,10 +312,8 @@ class _Search:
         )
 
 
-def _rough_spans(motion: ClosedSpline, tolerance: float) -> BoolArray:
-    """Return the spans on which the motion is corrected by more than `tolerance` [rad]."""
+def _corrections(motion: ClosedSpline) -> FloatArray:
+    """Return how much the motion is corrected on each span of its spline, at most [rad]."""
     edges = motion.space.edges
-    parts = np.linspace(0.0, 1.0, 7)[1:-1]
-    looked_at = edges[:-1, None] + np.diff(edges)[:, None] * parts
-    correction = motion.correction(looked_at.ravel()).reshape(looked_at.shape).max(axis=1)
-    return np.asarray(correction > tolerance)
+    looked_at = edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, 7)[1:-1]
+    return motion.correction(looked_at.ravel()).reshape(looked_at.shape).max(axis=1)

@@ -52,6 +52,8 @@ class Collocation:
         ends: Ends,
         width: float,
     ) -> None:
+        from scipy.sparse import csr_array
+
         self.arm, self.path, self.objective, self.weights = arm, path, objective, weights
         self.box, self.space, self.ends, self.width = box, space, ends, width
         # What is not unknown is fixed, except that a cyclic motion's last coefficient goes with its first.
@@ -69,6 +71,7 @@ class Collocation:
         self._targets = path(self.points)
         self.values, self._fixed_values = self._split(space.design(self.points))
         self._slopes, self._fixed_slopes = self._split(space.design(space.nodes, 1))
+        self._sparse_values = csr_array(self.values)
         at_nodes = self._split(space.design(space.nodes))[0]
         self._mass = (at_nodes.T * space.weights) @ at_nodes
 
@@ -145,6 +148,15 @@ class Collocation:
     def curvature(self, density: Smoothed, direction: FloatArray) -> FloatArray:
         """Return the Hessian of :meth:`cost` times `direction` (n, f)."""
         return self._gather(density.times(self._slopes @ direction.T))
+
+    def at_points(self, matrices: FloatArray) -> FloatArray:
+        """Return ``C M Cᵀ`` for symmetric matrices M (n, f, f), C being :attr:`values`; shape (n, k, k)."""
+        # C has a few entries per row; a sparse product from either side leaves the order of the axes as it wants it.
+        n, f, _ = matrices.shape
+        k = len(self.points)
+        half = self._sparse_values @ matrices.transpose(1, 0, 2).reshape(f, n * f)
+        whole = self._sparse_values @ half.reshape(k, n, f).transpose(2, 1, 0).reshape(f, n * k)
+        return np.asarray(whole).reshape(k, n, k).transpose(1, 0, 2)
 
     def _gather(self, at_nodes: FloatArray) -> FloatArray:
         return (self.space.weights[:, None] * at_nodes).T @ self._slopes

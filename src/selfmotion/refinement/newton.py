@@ -64,10 +64,9 @@ class _Linear:
         from scipy.linalg import cho_factor
 
         self.problem, self.matrices = problem, matrices
-        self._inverse = np.linalg.inv(matrices)
-        values = problem.values
+        self._inverse = np.asarray(np.linalg.inv(matrices), dtype=float)
         self._jacobian = problem.arm.jacobian(q)
-        spread = values @ self._inverse @ values.T
+        spread = problem.at_points(self._inverse)
         k, tasks, _ = self._jacobian.shape
         schur = np.empty((k, tasks, k, tasks))
         by_joint = self._jacobian.transpose(1, 2, 0)
