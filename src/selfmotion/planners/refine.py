@@ -229,7 +229,7 @@ class _Search:
         if minimum is None:
             return
         self.iterations += minimum.iterations
-        self.ended += 1
+        self.ended += minimum.converged
         optimum = _Optimum(start, collocation, minimum.c, minimum.cost)
         for known in self.optima:
             if known.is_same(optimum):

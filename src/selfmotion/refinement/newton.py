@@ -15,6 +15,7 @@ iteration costs O(n).
 
 from __future__ import annotations
 
+import copy
 import time
 from typing import NamedTuple
 
@@ -32,6 +33,7 @@ _TO_LIMIT = 0.99
 _BOLDEST = 0.5
 _MASS = 1.0
 _INNER = 80
+_CORRECTIONS = 12
 _SHRINK = 0.15  # of μ
 _NOISE = 1e-14  # part of the cost that is rounding
 _STUCK = 1e-9  # radius of the trust region below which nothing more is gained
@@ -61,24 +63,33 @@ class _Linear:
     """What is linear in a step at one iterate: P⁻¹, A, and the projection onto the tangents of the task."""
 
     def __init__(self, problem: Collocation, q: FloatArray, matrices: FloatArray) -> None:
-        from scipy.linalg import cho_factor
-
         self.problem, self.matrices = problem, matrices
         self._inverse = np.asarray(np.linalg.inv(matrices), dtype=float)
-        self._jacobian = problem.arm.jacobian(q)
-        spread = problem.at_points(self._inverse)
+        self._spread = problem.at_points(self._inverse)
+        self._linearise(q)
+
+    def _linearise(self, q: FloatArray) -> None:
+        from scipy.linalg import cho_factor
+
+        self._jacobian = self.problem.arm.jacobian(q)
         k, tasks, _ = self._jacobian.shape
         schur = np.empty((k, tasks, k, tasks))
         by_joint = self._jacobian.transpose(1, 2, 0)
         for a in range(tasks):
             for b in range(a, tasks):
-                block = np.einsum("ik,ikl,il->kl", by_joint[a], spread, by_joint[b])
+                block = np.einsum("ik,ikl,il->kl", by_joint[a], self._spread, by_joint[b])
                 schur[:, a, :, b] = block
                 schur[:, b, :, a] = block.T
         square = schur.reshape(k * tasks, k * tasks)
         # Where the arm is stretched out the tool cannot move along it: a ridge far below anything that matters.
         square[np.diag_indices(k * tasks)] *= 1 + 1e-13
         self._schur = cho_factor(square, overwrite_a=True, check_finite=False)
+
+    def at(self, q: FloatArray) -> _Linear:
+        """Return the same with the task linearised at other postures."""
+        other = copy.copy(self)
+        other._linearise(q)
+        return other
 
     def solve(self, c: FloatArray) -> FloatArray:
         """Return P⁻¹ c."""
@@ -316,15 +327,22 @@ def _to_task(problem: Collocation, c: FloatArray, mu: float, most: int = 60) -> 
 
 
 def _carried(problem: Collocation, linear: _Linear, c: FloatArray) -> FloatArray | None:
-    """Return c carried back onto the task by steps across the tangents at the last iterate; None if it is too far."""
+    """Return c carried back onto the task by least steps in the metric of the last iterate; None if it is too far."""
     before = np.inf
-    for _ in range(12):
+    for _ in range(_CORRECTIONS):
         q = problem.postures(c)
         miss = problem.miss(q)
         if miss <= _ON_TASK:
             return c
-        if miss >= 0.9 * before:
+        if miss > 0.5 * before:
+            if before <= 100 * _ON_TASK:
+                return c
             break
+        if miss > 0.05 * before:  # the old linearisation has done its duty
+            try:
+                linear = linear.at(q)
+            except np.linalg.LinAlgError:
+                break
         before = miss
         c = c + linear.towards(problem.lack(q))
-    return c if before <= 100 * _ON_TASK else None
+    return None
