@@ -321,6 +321,7 @@ def test_cyclic_is_refused():
 @pytest.mark.parametrize(("change", "field"), [
     ({"moving_bases": sm.Bezier(BASE)}, "moving_bases"),
     ({"moving_bases": [3]}, "moving_bases"),
+    ({"moving_bases": 3}, "moving_bases"),
     ({"amplitude": [0.4]}, "amplitude"),
     ({"amplitude": [0.4, 0.0]}, "amplitude"),
     ({"first_joints": "true"}, "first_joints"),

@@ -139,7 +139,7 @@ class Modules(Planner):
         optimizer: Optimizer,
         first_joints: Literal["relative", "absolute"] = "relative",
     ) -> None:
-        if isinstance(moving_bases, Path) or not all(isinstance(base, Path) for base in moving_bases):
+        if not isinstance(moving_bases, list | tuple) or not all(isinstance(base, Path) for base in moving_bases):
             raise InvalidInputError("moving_bases", "is not a list of paths", "give one path per module but the last")
         if not isinstance(optimizer, Optimizer):
             raise InvalidInputError("optimizer", "is not an optimizer", "give one, such as PSO(…)", optimizer)

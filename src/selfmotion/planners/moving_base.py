@@ -102,7 +102,7 @@ class MovingBase(Planner):
             reason = "is of no use here: the box is [-1, 1] in every variable"
             remedy = "leave it out; spread, amplitude and frequency say how wide to search"
             raise InvalidInputError("optimizer.bounds", reason, remedy, optimizer.bounds.tolist())
-        if isinstance(around, Path) or not all(isinstance(path, Path) for path in around):
+        if not isinstance(around, list | tuple) or not all(isinstance(path, Path) for path in around):
             raise InvalidInputError("around", "is not a list of paths", "give one path per module but the last")
         self.optimizer = optimizer
         self.control_points = integer("control_points", control_points, 2, _MOST_POINTS)
