@@ -312,6 +312,15 @@ def test_an_offset_that_the_carried_joint_forbids_is_refused():
     assert caught.value.field == "planner.offset.1"
 
 
+def test_an_elbow_that_the_carried_joint_forbids_is_not_searched():
+    """At r = 0 joint 4 is at −1.66 with a positive elbow of module 2, at 0.55 with a negative one."""
+    calls, problem = [], clothoid_problem([FREE, FREE, FREE, (-1.2, None), FREE, FREE], samples=100, elbow="positive")
+    plan = sm.plan(problem, planner(iterations=5, bounds=(0, 1)), lambda *args: calls.append(args))
+    assert plan.parameters["modules"][1]["elbows_searched"] == ["negative"]
+    assert len(plan.history) == 2
+    assert calls[-1][:2] == (10, 10)
+
+
 def test_cyclic_is_refused():
     circle = sm.Problem(sm.PlanarArm([30] * 6), sm.Circle([110, 0], 10), cyclic="exact")
     with pytest.raises(sm.InvalidInputError, match=r"cyclic.*planner: refine"):

@@ -67,11 +67,19 @@ class _Module(Sinusoid):
     """Plans the next module of a chain, judged with its true joints and with the modules before it."""
 
     def __init__(
-        self, offset: float, amplitude: float, optimizer: Optimizer, chain: Chain, before: list[Motion], absolute: bool
+        self,
+        offset: float,
+        amplitude: float,
+        optimizer: Optimizer,
+        chain: Chain,
+        before: list[Motion],
+        branches: list[int],
+        absolute: bool,
     ) -> None:
         super().__init__([offset], amplitude=[amplitude], optimizer=optimizer)
         self._chain = chain
         self._before = before
+        self._branches = branches
         self._absolute = absolute
 
     def candidates_for(self, problem: Problem, profile: Profile, branch: int) -> Candidates:
@@ -83,6 +91,9 @@ class _Module(Sinusoid):
         return ModuleCandidates(
             problem, profile, branch, self._chain.limits[i], lambda r: carrier.u(r)[:, 0], self._absolute
         )
+
+    def _starting_branches(self, problem: Problem, profile: Profile) -> list[int]:  # type: ignore[override]
+        return self._branches
 
     def holds(self, problem: Problem, motion: Motion) -> bool:
         """Return whether the arm up to and with this module moves as it may."""
@@ -189,7 +200,7 @@ class Modules(Planner):
         motions: list[Motion] = []
         for i, module in enumerate(chain.modules):
             done, total = self.optimizer.iterations * np.cumsum([0, *searches])[[i, -1]]
-            alone = self._plan_next(chain, module, motions, counting(progress, int(done), int(total)))
+            alone = self._plan_next(chain, module, motions, branches[i], counting(progress, int(done), int(total)))
             assert isinstance(alone.motion, Motion)
             plans.append(alone)
             motions.append(alone.motion)
@@ -205,7 +216,9 @@ class Modules(Planner):
         plan.wall_time_s = time.perf_counter() - began
         return plan
 
-    def _plan_next(self, chain: Chain, module: Problem, before: list[Motion], progress: Progress | None) -> Plan:
+    def _plan_next(
+        self, chain: Chain, module: Problem, before: list[Motion], branches: list[int], progress: Progress | None
+    ) -> Plan:
         i = len(before)
         optimizer = self.optimizer if i == 0 else self.optimizer.with_seed(_derived(self.optimizer.seed, i))
         planner = _Module(
@@ -214,6 +227,7 @@ class Modules(Planner):
             optimizer,
             chain,
             list(before),
+            branches,
             self.first_joints == "absolute",
         )
         try:
