@@ -314,7 +314,7 @@ def test_an_offset_that_the_carried_joint_forbids_is_refused():
 
 def test_an_elbow_that_the_carried_joint_forbids_is_not_searched():
     """At r = 0 joint 4 is at −1.66 with a positive elbow of module 2, at 0.55 with a negative one."""
-    calls, problem = [], clothoid_problem([FREE, FREE, FREE, (-1.2, None), FREE, FREE], samples=100, elbow="positive")
+    calls, problem = [], clothoid_problem([FREE, FREE, FREE, (-1.2, 3.0), FREE, FREE], samples=100, elbow="positive")
     plan = sm.plan(problem, planner(iterations=5, bounds=(0, 1)), lambda *args: calls.append(args))
     assert plan.parameters["modules"][1]["elbows_searched"] == ["negative"]
     assert len(plan.history) == 2
