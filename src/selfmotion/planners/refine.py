@@ -303,7 +303,7 @@ class _Search:
         elif self.tried:
             reason = f"none of {self.tried} starts could be led along the path; the best got to r = {self.furthest:.4g}"
         else:
-            reason = "no posture to start from was found"
+            reason = "no posture inside the joint limits that holds the tool at the end of the path was found"
         raise NothingFeasibleError(
             f"{reason} ({stopped})",
             "give more starts, another seed, or an initial planner",

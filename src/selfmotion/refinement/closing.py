@@ -26,13 +26,12 @@ class _Closed(NamedTuple):
 
     q: FloatArray
     s: FloatArray
-    freedom: FloatArray
     jacobian: FloatArray
     multipliers: FloatArray
 
 
 class ClosedSpline:
-    """The motion ``θ = s + D(s) J(s)ᵀ λ``, where λ(r) makes the tool be at x(r).
+    """The motion ``θ = s + g(J(s)ᵀ λ; s)``, where λ(r) makes the tool be at x(r).
 
     Parameters
     ----------
@@ -46,10 +45,10 @@ class ClosedSpline:
 
     Notes
     -----
-    D is diagonal, ``D_i = a_i/(a_i + ρ)`` with ``a_i = (s_i − lower)(upper − s_i)/(upper − lower)`` the room that joint
-    i has, and 1 for a free joint. Since ``D_i |v| < a_i`` whenever ``|v| < ρ`` = 0.05 rad, a correction below ρ cannot
-    break a limit, and a joint on a limit stays there: limits hold by construction, not by a check. The motion is as
-    smooth as s and x are, wherever the arm is not singular.
+    Joint by joint ``g(v; a) = a v/√((a + ρ)² + v²)`` with ``a = (s − lower)(upper − s)/(upper − lower)``, the room that
+    the joint has, and ρ = 0.05 rad; a free joint has g = v. Since ``|g| < a`` no correction, however large, breaks a
+    limit, and a joint on its limit stays there: limits hold by construction, not by a check. The motion is as smooth as
+    s and x are, wherever the arm is not singular.
     """
 
     def __init__(
@@ -80,15 +79,17 @@ class ClosedSpline:
         flat = values.reshape(-1)
         at = self._closed(flat)
         ds = self._spline(flat, 1)
-        pull = (at.jacobian * at.multipliers[:, :, None]).sum(axis=1)
-        turning = (self.arm.jacobian_rate(at.s, ds) * at.multipliers[:, :, None]).sum(axis=1)
-        given = ds + self._freedom_rate(at.s, ds) * pull + at.freedom * turning
+        pull, room = _pull(at.jacobian, at.multipliers), self._room(at.s)
+        by_pull, by_room = _slopes(pull, room)
+        given = (
+            ds + by_room * self._room_rate(at.s, ds) + by_pull * _pull(self.arm.jacobian_rate(at.s, ds), at.multipliers)
+        )
         now = self.arm.jacobian(at.q)
         wanted = np.zeros(at.multipliers.shape)
         wanted[:, :2] = self.path(flat, 1)  # a direction that is kept has no rate
         lack = wanted - (now @ given[:, :, None])[:, :, 0]
-        speed = _solved((now * at.freedom[:, None, :]) @ np.swapaxes(at.jacobian, 1, 2), lack)
-        rates = given + at.freedom * (at.jacobian * speed[:, :, None]).sum(axis=1)
+        speed = _solved((now * by_pull[:, None, :]) @ np.swapaxes(at.jacobian, 1, 2), lack)
+        rates = given + by_pull * _pull(at.jacobian, speed)
         return rates.reshape(*values.shape, self.arm.n)
 
     def correction(self, r: FloatArray) -> FloatArray:
@@ -103,41 +104,53 @@ class ClosedSpline:
         product = np.where(two_sided, below, 1.0) * np.where(two_sided, above, 1.0) / self._width
         return np.maximum(np.where(two_sided, product, np.minimum(below, above)), 0.0)
 
-    def _freedom(self, s: FloatArray) -> FloatArray:
-        room = self._room(s)
-        return np.where(np.isfinite(room), room / (np.where(np.isfinite(room), room, 0.0) + _SOFT), 1.0)
-
-    def _freedom_rate(self, s: FloatArray, ds: FloatArray) -> FloatArray:
+    def _room_rate(self, s: FloatArray, ds: FloatArray) -> FloatArray:
+        """Return how the room changes along ds; zero for free joints."""
         two_sided = np.isfinite(self._width)
         middle = np.where(two_sided, self.box.lower, 0.0) + np.where(two_sided, self.box.upper, 0.0)
         one_sided = np.where(np.isfinite(self.box.lower), 1.0, np.where(np.isfinite(self.box.upper), -1.0, 0.0))
-        slope = np.where(two_sided, (middle - 2 * s) / self._width, one_sided)
-        room = self._room(s)
-        return np.where(
-            np.isfinite(room), slope * ds * _SOFT / (np.where(np.isfinite(room), room, 0.0) + _SOFT) ** 2, 0.0
-        )
+        return np.where(two_sided, (middle - 2 * s) / self._width, one_sided) * ds
 
     def _closed(self, r: FloatArray) -> _Closed:
         """Solve for λ by Newton's method, all r at once; where it fails the tracking error says so."""
         arm, x, s = self.arm, self.path(r), self._spline(r)
-        freedom, jacobian = self._freedom(s), arm.jacobian(s)
-        multipliers = np.zeros(jacobian.shape[:2])
+        room, jacobian = self._room(s), arm.jacobian(s)
+        found = np.zeros(jacobian.shape[:2])
         best, least = s, arm.task_error(s, x)
-        found = multipliers
         for _ in range(_MOST_STEPS):
             if not least.max(initial=0.0) > _EXACT * arm.reach:
                 break
-            lack = arm.task_residual(best, x)
-            step = _solved((arm.jacobian(best) * freedom[:, None, :]) @ np.swapaxes(jacobian, 1, 2), lack)
-            multipliers = found + step
-            q = s + freedom * (jacobian * multipliers[:, :, None]).sum(axis=1)
+            by_pull = _slopes(_pull(jacobian, found), room)[0]
+            square = (arm.jacobian(best) * by_pull[:, None, :]) @ np.swapaxes(jacobian, 1, 2)
+            multipliers = found + _solved(square, arm.task_residual(best, x))
+            q = s + _corrections(_pull(jacobian, multipliers), room)
             miss = arm.task_error(q, x)
             better = miss < least
             if not better.any():
                 break
             found = np.where(better[:, None], multipliers, found)
             best, least = np.where(better[:, None], q, best), np.where(better, miss, least)
-        return _Closed(best, s, freedom, jacobian, found)
+        return _Closed(best, s, jacobian, found)
+
+
+def _pull(jacobian: FloatArray, multipliers: FloatArray) -> FloatArray:
+    """Return Jᵀλ, shape (k, n)."""
+    return np.asarray((jacobian * multipliers[:, :, None]).sum(axis=1))
+
+
+def _corrections(v: FloatArray, a: FloatArray) -> FloatArray:
+    """Return g(v; a) = a v/√((a + ρ)² + v²), v where a is infinite."""
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isfinite(a), a * v / np.hypot(a + _SOFT, v), v)
+
+
+def _slopes(v: FloatArray, a: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the derivatives of g by v and by a."""
+    with np.errstate(invalid="ignore"):
+        h = np.hypot(a + _SOFT, v)
+        by_v = np.where(np.isfinite(a), a * ((a + _SOFT) / h) ** 2 / h, 1.0)
+        by_a = np.where(np.isfinite(a), v / h * (1.0 - a * (a + _SOFT) / h**2), 0.0)
+    return by_v, by_a
 
 
 def _solved(matrices: FloatArray, right: FloatArray) -> FloatArray:

@@ -92,7 +92,7 @@ def on_task(
         lack = arm.task_residual(q, x) - (jacobian @ wish[:, :, None])[:, :, 0]
         square = weighted @ np.swapaxes(jacobian, 1, 2)
         size = np.trace(square, axis1=1, axis2=2)[:, None, None]
-        damped = square + 1e-9 * np.maximum(size, 1e-300) * np.eye(square.shape[1])
+        damped = square + 1e-9 * np.maximum(size, 1e-6 * arm.reach**2) * np.eye(square.shape[1])
         step = wish + (np.swapaxes(weighted, 1, 2) @ np.linalg.solve(damped, lack[:, :, None]))[:, :, 0]
         speed = np.where(step < 0, -step, step)
         way = np.where(step < 0, below, above)
