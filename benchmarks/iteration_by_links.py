@@ -5,6 +5,7 @@ median over the iterations of one search; the last column is the exponent p of t
 Run alone, on a quiet machine: ``python benchmarks/iteration_by_links.py``.
 """
 
+import itertools
 import statistics
 import time
 
@@ -42,7 +43,7 @@ def iteration_times(n):
         newton.minimise(collocation, space.interpolating(sampled))
     finally:
         newton._Iterate = iterate
-    return [after - before for before, after in zip(times, times[1:], strict=False)]
+    return [after - before for before, after in itertools.pairwise(times)]
 
 
 def main():
