@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NoReturn, Self
 
 import numpy as np
@@ -31,6 +31,7 @@ _CAUTION = 10.0  # times as much as refinement changed one cost it may change an
 # Two optima are one if their costs agree to this part and their joints to this angle [rad].
 _SAME_COST = 1e-4
 _SAME_ANGLE = 0.05
+_COMPARED_AT = np.linspace(0.0, 1.0, 65)
 # Rounding of the objectives' kinks on the coarse level, and what each finer level makes of it.
 _WIDTH = 0.1
 _NARROWER = 0.25
@@ -47,7 +48,6 @@ class _Optimum:
     c: FloatArray
     cost: float
     found: int = 1
-    r: FloatArray = field(default_factory=lambda: np.linspace(0.0, 1.0, 65))
 
     @property
     def coefficients(self) -> FloatArray:
@@ -61,7 +61,7 @@ class _Optimum:
     def is_same(self, other: _Optimum) -> bool:
         if abs(self.cost - other.cost) > _SAME_COST * abs(self.cost):
             return False
-        mine, theirs = (o.collocation.space.spline(o.coefficients)(self.r) for o in (self, other))
+        mine, theirs = (o.collocation.space.spline(o.coefficients)(_COMPARED_AT) for o in (self, other))
         steps = self.collocation.arm.limits.steps(mine, theirs)
         return bool(np.abs(steps).max() <= _SAME_ANGLE)
 
@@ -176,15 +176,18 @@ class _Search:
             self.tried += 1
             self.furthest = max(self.furthest, start.reached)
             self._add(start, space)
-            seen = len(self.optima)
-            if self.ended > seen + 2 and seen * (self.ended - 1) / (self.ended - seen - 2) < seen + 0.5:
-                return (
-                    f"{self.ended} starts ended in {seen} {'optimum' if seen == 1 else 'optima'}: hardly one is unseen"
-                )
+            if self._hardly_one_is_unseen():
+                seen = f"{len(self.optima)} {'optimum' if len(self.optima) == 1 else 'optima'}"
+                return f"{self.ended} starts ended in {seen}, and less than half a one is expected to be unseen"
             if self.progress is not None:
                 best = min((optimum.cost for optimum in self.optima), default=np.inf)
                 self.progress(self.tried, self.planner.starts, best)
         return f"no more than {self.tried} starts could be found"
+
+    def _hardly_one_is_unseen(self) -> bool:
+        """Return whether fewer than half an optimum is expected unseen (Boender, Rinnooy Kan 1987)."""
+        w, n = len(self.optima), self.ended
+        return n > w + 2 and w * (n - 1) / (n - w - 2) < w + 0.5
 
     def _starts(self) -> Iterator[Start]:
         if self.planner.initial is not None:

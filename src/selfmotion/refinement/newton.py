@@ -16,7 +16,6 @@ iteration costs O(n).
 from __future__ import annotations
 
 import copy
-import time
 from typing import NamedTuple
 
 import numpy as np
@@ -50,7 +49,7 @@ class Minimum(NamedTuple):
     cost : float
     iterations : int
     converged : bool
-        Whether the Newton decrement is below what was asked for; else the iterations or the time ran out.
+        Whether the Newton decrement is below what was asked for; else the iterations ran out, or nothing more is gained.
     """
 
     c: FloatArray
@@ -235,7 +234,6 @@ def minimise(
     tolerance: float = 1e-10,
     mu: float = 1e-2,
     most: int = 200,
-    deadline: float = np.inf,
 ) -> Minimum | None:
     """Find the motion of least cost near a given one.
 
@@ -250,8 +248,6 @@ def minimise(
         First weight of the barrier.
     most : int
         Largest number of iterations.
-    deadline : float
-        Time of :func:`time.perf_counter` after which the search stops.
 
     Returns
     -------
@@ -266,8 +262,6 @@ def minimise(
     least = floor / barrier.count if barrier.count else mu
     radius = 1.0
     for iteration in range(most):
-        if time.perf_counter() > deadline:
-            break
         iterate = _Iterate(problem, barrier, c, mu)
         while iterate.decrement <= max(floor, 0.1 * mu if barrier.count else 0.0):
             if mu <= least:
