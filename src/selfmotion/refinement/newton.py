@@ -49,7 +49,7 @@ class Minimum(NamedTuple):
     cost : float
     iterations : int
     converged : bool
-        Whether the Newton decrement is below what was asked for; else the iterations ran out, or nothing more is gained.
+        Whether the Newton decrement is below what was asked for; else iterations ran out, or nothing more is gained.
     """
 
     c: FloatArray
