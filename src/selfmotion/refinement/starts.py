@@ -211,16 +211,12 @@ def _with_ends(
 
 
 def _random_postures(box: JointBox, rng: np.random.Generator, n: int) -> FloatArray:
-    """Return random postures inside a box: free joints between straight and curled up, the first anywhere."""
-    lower, upper = (
-        np.where(np.isfinite(box.lower), box.lower, -np.pi),
-        np.where(np.isfinite(box.upper), box.upper, np.pi),
-    )
-    lower, upper = np.minimum(lower, upper - 1e-3), np.maximum(upper, lower + 1e-3)
-    free = ~(np.isfinite(box.lower) | np.isfinite(box.upper))
-    free[0] = False
-    curl = np.where(free, rng.uniform(0.1, 1.0, size=(_POOL, 1)), 1.0)
-    return curl * rng.uniform(lower, upper, size=(_POOL, n))
+    """Return random postures inside a box, from all but straight to curled up, joint 1 anywhere."""
+    lower = np.where(np.isfinite(box.lower), box.lower, np.minimum(-np.pi, box.upper - np.pi))
+    upper = np.where(np.isfinite(box.upper), box.upper, np.maximum(np.pi, box.lower + np.pi))
+    straight = np.clip(0.0, lower, upper)
+    curl = rng.uniform(0.1, 1.0, size=(_POOL, 1)) ** np.where(np.arange(n) > 0, 1.0, 0.0)
+    return straight + curl * (rng.uniform(lower, upper, size=(_POOL, n)) - straight)
 
 
 def _inside(box: JointBox, q: FloatArray) -> FloatArray:
