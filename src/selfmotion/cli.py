@@ -375,15 +375,16 @@ def _blocked(part: Any) -> dict[str, Any]:
 
 
 def _verdict(summary: dict[str, Any]) -> str:
-    chosen = ", ".join(
-        f"{name} = {value:.6g}" for name, value in summary["parameters"].items() if isinstance(value, float)
-    )
+    parameters = summary["parameters"]
+    chosen = [f"{name} = {value:.6g}" for name, value in parameters.items() if isinstance(value, float)]
+    chosen += [f"{parameters['elbow']} elbow"] if "elbow" in parameters else []
+    chosen += [parameters["stopped"]] if "stopped" in parameters else []
     margin = summary["min_limit_margin"]
     error = "unknown" if summary["cost_error"] is None else f"{summary['cost_error']:.0e}"
     return "\n".join(
         [
             f"solved: cost {summary['cost']:.9g} (error {error}), {summary['cost_sampled']:.9g} as a chord sum",
-            f"  {summary['planner']}, {chosen}, {summary['parameters']['elbow']} elbow; "
+            f"  {summary['planner']}, {', '.join(chosen)}; "
             f"{summary['evaluations']} evaluations in {summary['wall_time_s']:.2f} s",
             f"  tool within {summary['max_tracking_error']:.1e} of the path, largest joint step "
             f"{summary['max_joint_step']:.3g} rad, "

@@ -373,3 +373,12 @@ def test_a_problem_file_names_it_with_or_without_an_initial_planner(seed_file, c
         assert result["status"] == "solved"
         assert result["cost"] == pytest.approx(4.8894, abs=1e-4)
         assert (tmp_path / "out" / "motion_in_domain.png").exists()
+
+
+def test_people_are_told_what_was_found_and_why_it_stopped(seed_file, capsys):
+    from selfmotion.cli import main
+
+    with pytest.raises(SystemExit) as left:
+        main(["plan", seed_file(planner={"kind": "refine", "starts": 1}, start={"u": [0.3]})])
+    assert left.value.code == 0
+    assert "refine, tolerance = 1e-06, all 1 starts were used; " in capsys.readouterr().out

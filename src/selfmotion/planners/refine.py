@@ -12,6 +12,7 @@ import numpy as np
 
 from selfmotion._checks import integer, number, positive
 from selfmotion._types import FloatArray
+from selfmotion.angles import TAU
 from selfmotion.domain import blocked_stretches
 from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError
 from selfmotion.optimizers import Progress
@@ -55,8 +56,12 @@ class _Optimum:
 
     @property
     def motion(self) -> ClosedSpline:
-        problem = self.collocation
-        return ClosedSpline(problem.arm, problem.path, problem.space, self.coefficients, problem.box)
+        """The motion; free joints start in [−π, π], unless the problem says otherwise."""
+        problem, coefficients = self.collocation, self.coefficients
+        if problem.ends.start is None and problem.ends.end is None:
+            turns = np.where(problem.arm.limits.limited, 0.0, np.rint(coefficients[:, 0] / TAU))
+            coefficients = coefficients - TAU * turns[:, None]
+        return ClosedSpline(problem.arm, problem.path, problem.space, coefficients, problem.box)
 
     def is_same(self, other: _Optimum) -> bool:
         if abs(self.cost - other.cost) > _SAME_COST * abs(self.cost):

@@ -2,37 +2,64 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from selfmotion.plans import Plan
-from selfmotion.plot.style import COLORS, DASHES, GREY
+from selfmotion.plot.style import COLORS, DASHES, GREY, shades
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+_MOST_TOLD_APART = 8  # joints that have a colour and dashes of their own
+_NAMED = 5  # of more joints, which are shades from the base to the tool
 
-def draw_joints(axes: Axes, plan: Plan) -> None:
-    """Draw every joint's angle against r (Fig. 12a), with those limits that lie in the picture."""
+
+def draw_joints(axes: Axes, plan: Plan, joints: Sequence[int] | None = None, absolute: Sequence[int] = ()) -> None:
+    """Draw joint angles against r, with those limits that lie in the picture (Fig. 12a, 17a and 17b).
+
+    Parameters
+    ----------
+    axes : Axes
+    plan : Plan
+    joints : sequence of int, optional
+        Which, counted from 0; all of them if it is not given.
+    absolute : sequence of int
+        Joints of a planar arm that are drawn as the direction of their link: as the sum of all angles up to theirs.
+    """
     r = plan.problem.rows
     q = plan(r)
+    drawn = list(range(q.shape[1]) if joints is None else joints)
+    series = {joint: q[:, : joint + 1].sum(axis=1) if joint in absolute else q[:, joint] for joint in drawn}
     limits = plan.problem.arm.limits
-    low, high = float(q.min()), float(q.max())
+    low, high = (float(end(list(map(end, series.values())))) for end in (min, max))
     margin = 0.08 * max(high - low, 1e-3)
     shown: dict[float, list[str]] = {}
-    for joint, series in enumerate(q.T):
+    many = len(drawn) > _MOST_TOLD_APART
+    named = {drawn[k] for k in np.linspace(0, len(drawn) - 1, _NAMED).astype(int)} if many else set(drawn)
+    greys = dict(zip(drawn, shades(len(drawn)), strict=True))
+    for joint, values in series.items():
         name = f"θ{joint + 1}"
-        axes.plot(r, series, color=COLORS[joint % len(COLORS)], linestyle=DASHES[joint % len(DASHES)], label=name)
-        for bound in (limits.lower[joint], limits.upper[joint]):
+        label = None if joint not in named else f"{name} absolute" if joint in absolute else name
+        look: dict[str, Any] = {"color": COLORS[joint % len(COLORS)], "linestyle": DASHES[joint % len(DASHES)]}
+        axes.plot(r, values, label=label, **({"color": greys[joint], "linewidth": 0.8} if many else look))
+        for bound in () if joint in absolute else (limits.lower[joint], limits.upper[joint]):
             if low - 6 * margin <= bound <= high + 6 * margin:
                 shown.setdefault(float(bound), []).append(name)
     for bound, names in shown.items():
         axes.axhline(bound, color=GREY, linewidth=0.6)
+        # Beside the picture, where no curve is.
         axes.annotate(
-            f"limit of {', '.join(names)}", (0.01, bound), xytext=(0, 2), textcoords="offset points",
-            xycoords=("axes fraction", "data"), color=GREY, fontsize=6.5,
+            "limit" if len(names) > 3 else f"limit\n{', '.join(names)}", (1.0, bound), xytext=(2, 0), va="center",
+            textcoords="offset points", xycoords=("axes fraction", "data"), color=GREY, fontsize=6.5,
         )  # fmt: skip
     axes.set_xlim(0, 1)
     axes.margins(y=0.08)
     axes.set_xlabel("path parameter r")
     axes.set_ylabel("joint angle [rad]")
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, handlelength=3, borderaxespad=0.2)
+    layout: dict[str, Any] = {"ncols": 4, "handlelength": 3}
+    if many:
+        layout = {"ncols": _NAMED, "handlelength": 1.5, "columnspacing": 1.2}
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2, **layout)
