@@ -7,6 +7,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from example_runs import write_examples
 from figures import write_flows, write_ten_minutes
+from many_links import write_many_links
 from tables import write_schema, write_tables
 
 import selfmotion
@@ -43,4 +44,5 @@ write_tables(Path(__file__).parent / "_generated")
 write_schema(Path(__file__).parent / "_generated")
 write_flows(Path(__file__).parent / "_generated")
 write_ten_minutes(Path(__file__).parent / "_generated")
+write_many_links(Path(__file__).parent / "_generated")
 write_examples(Path(__file__).parent / "_generated")

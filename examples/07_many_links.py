@@ -41,7 +41,5 @@ with plot.figure(width=7.4, height=4.8, columns=3, rows=2) as (canvas, panels):
         below.set_ylim(-3.5, 3.5)
         below.get_legend().remove()
         below.label_outer()
-        for limit in list(below.texts) if name == "the whole arm" else []:
-            limit.remove()  # its label would hide the curves
     canvas.legend(*below.get_legend_handles_labels(), loc="outside lower center", ncols=6, handlelength=3)
     canvas.savefig(folder / "07_many_links.png", dpi=200)

@@ -28,6 +28,4 @@ for optimum in plan.parameters["optima"]:
 with plot.figure(width=7, height=3, columns=2) as (canvas, (left, right)):
     plot.draw_postures(left, plan)
     plot.draw_joints(right, plan)
-    right.get_legend().remove()
-    right.set_title("thirty joint angles")
     canvas.savefig(folder / "09_thirty_links.png", dpi=200)

@@ -16,6 +16,7 @@ from selfmotion.cli import app
 from selfmotion.report.figures import FIGURES
 
 ROOT = Path(__file__).parents[1]
+RUN = ("ten-minutes.md", "many-links.md")  # pages whose snippets and commands are run
 
 
 def text(page):
@@ -73,8 +74,9 @@ def settled(printed):
     return re.sub(r"in \d+\.\d+ s|\b[\d.]+e-1\d\b", "…", printed)
 
 
-def test_the_ten_minutes_print_what_they_show(tmp_path, monkeypatch):
-    names, shown = {}, blocks("ten-minutes.md")
+@pytest.mark.parametrize("page", RUN)
+def test_a_page_s_snippets_print_what_it_shows(page, tmp_path, monkeypatch):
+    names, shown = {}, blocks(page)
     assert {language for language, _, _ in shown} == {"python", "sh"}
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     monkeypatch.chdir(tmp_path)
@@ -96,10 +98,10 @@ def command(line):
     return done.stdout
 
 
-def test_every_number_in_the_ten_minutes_prose_is_one_that_was_printed():
-    page = text("ten-minutes.md")
-    prose = re.sub(r"^```.*?^```$", "", page, flags=re.S | re.M)
-    printed = "".join(code + output for _, code, output in blocks("ten-minutes.md"))
+@pytest.mark.parametrize("page", RUN)
+def test_every_number_in_a_page_s_prose_is_one_that_was_printed(page):
+    prose = re.sub(r"^```.*?^```$", "", text(page), flags=re.S | re.M)
+    printed = "".join(code + output for _, code, output in blocks(page))
     numbers = re.findall(r"\d+\.\d+", prose)
     assert numbers
     assert [number for number in numbers if number not in printed] == []
