@@ -382,3 +382,13 @@ def test_people_are_told_what_was_found_and_why_it_stopped(seed_file, capsys):
         main(["plan", seed_file(planner={"kind": "refine", "starts": 1}, start={"u": [0.3]})])
     assert left.value.code == 0
     assert "refine, tolerance = 1e-06, all 1 starts were used; " in capsys.readouterr().out
+
+
+def test_a_start_given_by_u_may_need_a_turn_of_its_joints():
+    arm = sm.PlanarArm([30, 30, 20], [(5.0, 8.0), (-7.0, -3.5), None])
+    path = sm.Line((50, -10), (40, 30))
+    found = sm.plan(sm.Problem(arm, path), sm.Refine(starts=2))
+    plan = sm.plan(sm.Problem(arm, path, start=found.u(0.0)), sm.Refine(starts=2))
+    assert holds(plan)
+    assert plan.u(0.0) == pytest.approx(found.u(0.0), abs=1e-9)
+    assert plan.cost == pytest.approx(found.cost, rel=1e-5)
