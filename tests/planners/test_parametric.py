@@ -8,7 +8,7 @@ from selfmotion.judgement import Tolerances, judge
 from selfmotion.optimizers import INFEASIBLE, violation_of
 from selfmotion.planners import Candidates
 from selfmotion.profiles import SinusoidProfile
-from selfmotion.report import seed_study
+from selfmotion.report import seed_3r
 
 
 def sinusoid(**changes):
@@ -18,13 +18,13 @@ def sinusoid(**changes):
 
 def test_plain_reading_of_the_3r_case():
     """Least F = 5.277515 at f = 0.5385 over 1000 samples."""
-    scan = seed_study.dense_scan()
+    scan = seed_3r.CASE.dense_scan()
     assert scan.fitness == pytest.approx(5.277515, abs=2e-6)
     assert scan.f == pytest.approx(0.5385, abs=1e-3)
 
 
 def test_canonical_pso_finds_it_on_29_of_30_seeds(seed_problem):
-    best = seed_study.dense_scan().fitness
+    best = seed_3r.CASE.dense_scan().fitness
     hits = [sm.plan(seed_problem, sinusoid(seed=seed)).cost_sampled - best < 1e-5 for seed in range(30)]
     assert sum(hits) >= 29
 
@@ -40,7 +40,7 @@ def test_the_fitness_is_the_chord_sum_written_out(seed_arm, seed_path):
     theta1 = np.arctan2(w[:, 1], w[:, 0]) - np.arctan2(30 * np.sin(theta2), 30 + 30 * np.cos(theta2))
     q = np.column_stack([theta1, theta2, u - theta1 - theta2])
     expected = np.sqrt(np.diff(q, axis=0) ** 2 + np.diff(r)[:, None] ** 2).sum()
-    assert seed_study.fitness(f)[0] == pytest.approx(expected, abs=1e-11)
+    assert seed_3r.CASE.fitness(f)[0] == pytest.approx(expected, abs=1e-11)
 
 
 def test_same_seed_same_bits(seed_problem):
@@ -53,7 +53,7 @@ def test_same_seed_same_bits(seed_problem):
 
 
 def test_candidates_outside_are_ranked_by_how_far_they_leave():
-    problem = seed_study.problem()
+    problem = seed_3r.problem()
     profile = SinusoidProfile([0.3], [1.6])
     values = Candidates(problem, profile, 0)(np.array([[0.02], [0.2], [0.25], [0.5]]))
     assert values[0] < INFEASIBLE

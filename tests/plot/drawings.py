@@ -55,6 +55,16 @@ class Case:
     def plan(self):
         return sm.plan(self.problem, sm.Sinusoid([0.3], amplitude=[0.4], optimizer=sm.PSO(seed=1, bounds=(0, 2))))
 
+    base = sm.Bezier([[80, 30], [70, 30], [70, 10], [80, -21]])
+
+    @cached_property
+    def modules(self):
+        """The seed's 6R case, hardly searched."""
+        path = sm.Clothoid(center=[110, 20], scale=25, coefficients=[0, -4, 0, 0.33], t_range=[-4.712, 0])
+        arm = sm.PlanarArm([30] * 6, [None, (0, np.pi), None] * 2)
+        search = sm.PSO(seed=1, bounds=(0, 1), population=6, iterations=4)
+        return sm.plan(sm.Problem(arm, path), sm.Modules([self.base], [0.35, 0], [0.4, 0.4], search))
+
     @cached_property
     def searches(self):
         """Made-up courses of 9 searches each, (9, 40), falling towards 1 at different speeds."""
@@ -122,6 +132,10 @@ DRAWINGS = {
     "path": Drawing(plot.draw_path, lambda case: (case.problem,)),
     "postures": Drawing(plot.draw_postures, lambda case: (case.plan,), height=3.2),
     "joints": Drawing(plot.draw_joints, lambda case: (case.plan,)),
+    "postures_six": Drawing(plot.draw_postures, lambda case: (case.modules,)),
+    "joints_absolute": Drawing(plot.draw_joints, lambda case: (case.modules, range(3, 6), [3])),
+    "modules": Drawing(plot.draw_modules, lambda case: (case.modules, [case.base])),
+    "modules_end": Drawing(plot.draw_modules, lambda case: (case.modules, [case.base], 1.0)),
     "domain": Drawing(plot.draw_domain, lambda case: (case.domain, 0), ink=(0.2, 0.7)),
     "motion_in_domain": Drawing(plot.draw_domain, lambda case: (case.domain, 0, case.curve), ink=(0.2, 0.7)),
     **{

@@ -36,6 +36,16 @@ def test_excess_is_measured_from_the_optimum_and_ends_at_rounding():
         assert axes.get_yscale() == "log"
 
 
+def test_a_search_without_a_result_yet_ranks_behind_all_others():
+    best = BEST.copy()
+    best[:3, 0] = best[0, 1] = np.nan
+    with figure() as (_, (axes,)):
+        draw_evolution(axes, {"PSO": best})
+        np.testing.assert_array_equal(axes.lines[0].get_ydata(), [np.nan, 4, 1.5])
+        draw_evolution(axes, {"PSO": best}, optimum=1.0)
+        np.testing.assert_array_equal(axes.lines[1].get_ydata(), [np.nan, 3, 0.5])
+
+
 @pytest.mark.parametrize("shape", [(5,), (2,), (1,)])
 def test_spread_shows_every_run_and_its_quartiles(shape):
     values = np.geomspace(1e-9, 1e-3, *shape)

@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from selfmotion.report import verdict
+from selfmotion.report import seed_runs, verdict
 from selfmotion.report.figures import FIGURES
 from selfmotion.report.page import html_page
 
@@ -63,7 +63,9 @@ def test_the_page_says_what_the_markdown_says(page, files):
     cells = [cell.strip().replace("\\|", "|") for row in rows for cell in re.split(r"(?<!\\)\|", row)[1:-1]]
     assert page.cells == cells
     shown = " ".join("".join(page.text).split())
-    for sentence in verdict.on_seeds(json.loads(files["results.json"])):
+    results = json.loads(files["results.json"])
+    sentences = [sentence for name in seed_runs.CASES for sentence in verdict.on_seeds(results, name)]
+    for sentence in [*sentences, verdict.on_modules(results)]:
         assert " ".join(sentence.replace("**", "").split()) in shown
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from selfmotion.report import seed_study, verdict
+from selfmotion.report import cases, seed_3r, seed_6r, seed_runs, verdict
 from selfmotion.report.figures import FIGURES
 from selfmotion.report.text import report_text
 
@@ -17,11 +17,13 @@ PACKAGE = resources.files("selfmotion.report")
 
 def test_the_report_shows_every_row_beside_the_paper(files, results, options):
     text = files["report.md"].decode()
-    for label, line in results["table"].items():
-        row = next(row for row in text.splitlines() if row.startswith(f"| {label} |"))
-        assert f"{line['cost_sampled']:.8f}" in row
-        if line["printed"]:
-            assert f"{line['printed']['fitness']:.9g}" in row
+    for name, case in results["cases"].items():
+        front = "" if name == "3R" else f"{name} | "
+        for label, line in case["table"].items():
+            row = next(row for row in text.splitlines() if row.startswith(f"| {front}{label} |"))
+            assert f"| {line['fitness']:.8f} |" in row
+            if line["printed"]:
+                assert f"| {line['printed']['fitness']:.9g} | {line['printed']['f']:.4f} |" in row
     assert "do not follow from the printed data" in text
     assert f"selfmotion reproduce {options}" in text
     for name in FIGURES:
@@ -50,10 +52,10 @@ def _other(value):
     return "another"
 
 
-@pytest.mark.parametrize("best", seed_study.IN_TABLE)
+@pytest.mark.parametrize("best", ["GA", "PSO canonical"])
 def test_a_number_that_is_shown_cannot_be_missing(results, best):
     """Whatever changes the text when it changes, must stop the report when it is gone."""
-    results["best"] = best
+    results["best"] = results["six"]["best"] = best
     text = report_text(results)
     shown = set()
     for at in _places(results):
@@ -70,33 +72,35 @@ def test_a_number_that_is_shown_cannot_be_missing(results, best):
                 report_text(changed)
     assert {at[0] for at in shown} == set(results)
     per_run = {"best", "lower_quartile", "median", "upper_quartile", "worst", "found", "median_f_error"}
-    assert {at[1:] for at in shown if at[0] == "comparison" and len(at) == 4} == {
-        (copy_name, label, key)
-        for copy_name, rows in results["comparison"].items()
+    assert {at[1:] for at in shown if at[0] == "cases" and len(at) == 6 and at[2] == "comparison"} == {
+        (name, "comparison", copy_name, label, key)
+        for name in seed_runs.CASES
+        for copy_name, rows in results["cases"][name]["comparison"].items()
         for label in rows
         for key in per_run
     }
-    for label, line in results["table"].items():
-        assert ("table", label, "cost_sampled") in shown
-        assert ("table", label, "excess") in shown
-        if line["printed"]:
-            assert ("table", label, "printed", "fitness") in shown
-            assert ("table", label, "computed_at_printed_f") in shown
-    for key in (
-        "cost",
-        "cost_error",
-        "l1_travel",
-        "l2_travel",
-        "max_tracking_error",
-        "min_limit_margin",
-        "max_joint_step",
-    ):
-        assert ("table", results["best"], key) in shown
-    assert len(shown) > 120
+    for name, case in results["cases"].items():
+        assert ("cases", name, "scan", "fitness") in shown
+        for label, line in case["table"].items():
+            at = ("cases", name, "table", label)
+            assert {(*at, key) for key in ("fitness", "f", "excess")} <= shown
+            if line["printed"]:
+                assert {(*at, "printed", "fitness"), (*at, "printed", "f"), (*at, "computed_at_printed_f")} <= shown
+    checked = ("cost", "cost_error", "l1_travel", "max_tracking_error", "min_limit_margin")
+    for key in (*checked, "cost_sampled", "l2_travel", "max_joint_step"):
+        assert ("cases", "3R", "table", best, key) in shown
+    for at in (("motion",), ("whole_arm", "moving"), ("whole_arm", "from_start"), ("whole_arm", "free")):
+        assert {("six", *at, key) for key in checked} <= shown
+    for searched, rows in results["six"]["sums"].items():
+        for label in rows:
+            for counted in seed_6r.READINGS:
+                for kind in ("sampled", "integral"):
+                    assert ("six", "sums", searched, label, counted, kind) in shown
+    assert len(shown) > 300
 
 
 # Names and places in the paper; no number that anything computes.
-NAMES = ("3R", "(22)", "sin(2π f r)", "(1a)", "l1 ", "l2 ", "utf-8")
+NAMES = ("3R", "6R", "(22)", "sin(2π f r)", "(1a)", "l1 ", "l1_travel", "l2 ", "utf-8")
 
 
 def _digits(text):
@@ -138,7 +142,7 @@ def test_misprints_are_those_of_the_docs():
     docs = (Path(__file__).parents[2] / "docs" / "mathematics.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (\(.*)\|$", docs.split("## What the paper prints")[1].split("\n## ")[0], re.MULTILINE)
     cells = [tuple(cell.strip().replace("\\|", "|") for cell in re.split(r"(?<!\\)\|", row)) for row in rows]
-    assert cells == list(seed_study.MISPRINTS)
+    assert cells == list(seed_3r.MISPRINTS)
 
 
 # The verdict follows the numbers.
@@ -147,30 +151,43 @@ def test_misprints_are_those_of_the_docs():
 @pytest.fixture
 def numbers(results):
     """Results in which nothing differs: everyone finds the optimum with every seed, and the paper is right."""
-    for rows in results["comparison"].values():
-        for line in rows.values():
-            line.update(median=1e-8, found=results["seeds"])
-    for label in seed_study.PRINTED:
-        line = results["table"][label]
-        line["computed_at_printed_f"] = line["printed"]["fitness"]
-    results["scan"]["fitness"] = 4.8
+    for case in results["cases"].values():
+        for rows in case.get("comparison", {}).values():
+            for line in rows.values():
+                line.update(median=1e-8, found=results["seeds"])
+        for label in cases.PAPER:
+            line = case["table"][label]
+            line["computed_at_printed_f"] = line["printed"]["fitness"]
+        case["scan"]["fitness"] = min(case["table"][label]["printed"]["fitness"] for label in cases.PAPER)
     return results
 
 
-def test_verdict_on_the_printed_values(numbers):
-    assert "values follow from the printed data" in verdict.on_printed_values(numbers)
-    numbers["table"]["GA"]["computed_at_printed_f"] += 0.25
-    assert "do not follow" in (text := verdict.on_printed_values(numbers))
+@pytest.fixture
+def three(numbers):
+    """Results on the 3R arm among them."""
+    return numbers["cases"]["3R"]
+
+
+@pytest.mark.parametrize("name", ["3R", *seed_6r.NAMES])
+def test_verdict_on_the_printed_values(numbers, name):
+    case = numbers["cases"][name]
+    assert "values follow from the printed data" in verdict.on_printed_values(numbers, name)
+    case["table"]["GA"]["computed_at_printed_f"] += 0.25
+    assert "do not follow" in (text := verdict.on_printed_values(numbers, name))
     assert "0.000 to 0.250" in text
     assert "No frequency" not in text
-    numbers["scan"]["fitness"] = 4.84829400
-    assert "is printed for PSO." in verdict.on_printed_values(numbers)
+    assert "The least F" not in text
+    case["scan"]["fitness"] += 1e-9
+    assert "is printed for PSO" in verdict.on_printed_values(numbers, name)
+    case["scan"]["fitness"] -= 0.125
+    assert text in verdict.on_printed_values(numbers, name)
+    assert "The least F is lower than the least printed one, by 0.125." in verdict.on_printed_values(numbers, name)
 
 
-def test_verdict_on_who_finds_the_optimum(numbers):
-    plain = numbers["comparison"]["plain"]
+def test_verdict_on_who_finds_the_optimum(numbers, three):
+    plain = three["comparison"]["plain"]
     plain["GA"]["found"], plain["PSO"]["found"] = 1, 0
-    text = verdict.on_seeds(numbers)[0]
+    text = verdict.on_seeds(numbers, "3R")[0]
     assert "GWO, PSO canonical and random search with every seed; GA with 1 of 3 seeds; PSO with no seed." in text
 
 
@@ -183,34 +200,66 @@ def test_verdict_on_who_finds_the_optimum(numbers):
         ({"PSO": 3e-9, "GWO": 2e-9, "GA": 1e-9}, {"PSO": 1, "GWO": 2, "GA": 3}, "order does not hold."),
     ],
 )
-def test_verdict_on_the_ranking(numbers, medians, found, says):
+def test_verdict_on_the_ranking(numbers, three, medians, found, says):
     for label, median in medians.items():
-        numbers["comparison"]["plain"][label].update(median=median, found=found[label])
-    numbers["lower_than"] = {"GA": 3, "GWO": 0}
-    text = verdict.on_seeds(numbers)[1]
+        three["comparison"]["plain"][label].update(median=median, found=found[label])
+    three["lower_than"] = {"GA": 3, "GWO": 0}
+    text = verdict.on_seeds(numbers, "3R")[1]
     assert "**The paper ranks** PSO, GWO, GA," in text
     assert says in text
     assert "lower than GA with every seed and GWO with no seed." in text
 
 
-def test_verdict_on_chance(numbers):
-    plain = numbers["comparison"]["plain"]
+def test_verdict_on_chance(numbers, three):
+    plain = three["comparison"]["plain"]
     plain["random search"]["median"] = 1e-3
-    assert "every optimizer did better" in verdict.on_seeds(numbers)[2]
+    assert "every optimizer did better" in verdict.on_seeds(numbers, "3R")[2]
     plain["PSO"]["median"] = 2e-3
-    assert "median excess of 1.0e-03; PSO did worse" in verdict.on_seeds(numbers)[2]
+    assert "median excess of 1.0e-03; PSO did worse" in verdict.on_seeds(numbers, "3R")[2]
 
 
-def test_verdict_on_the_shift(numbers):
-    shifted = numbers["comparison"]["shifted"]
-    text = verdict.on_seeds(numbers)[3]
-    assert "no more and no less" in text
+def test_verdict_on_the_shift(numbers, three):
+    shifted = three["comparison"]["shifted"]
+    text = verdict.on_seeds(numbers, "3R")[3]
+    assert "1.0e-08, no more and no less than before; it finds the optimum with every seed, as before." in text
     assert "by less than 1e-12, and they find the optimum exactly as often" in text
     shifted["GWO"].update(median=2.5e-6, found=1)
     shifted["GA"].update(median=3e-8, found=2)
-    text = verdict.on_seeds(numbers)[3]
+    text = verdict.on_seeds(numbers, "3R")[3]
     assert "2.5e-06 instead of 1.0e-08, 250 times as much" in text
     assert "with 1 of 3 seeds instead of with every seed" in text
     assert "by 2.0e-08 at most, and they find the optimum as often as before, except GA." in text
     shifted["GWO"]["median"] = 1e-9
-    assert "10 times less" in verdict.on_seeds(numbers)[3]
+    assert "10 times less" in verdict.on_seeds(numbers, "3R")[3]
+
+
+def test_verdict_on_equal_printed_values(numbers):
+    """PSO and GWO are printed alike: either may be the better one."""
+    moving = numbers["cases"]["moving base"]
+    plain = moving["comparison"]["plain"]
+    plain["GA"].update(median=1e-3, found=0)
+    plain["GWO"].update(median=0.0)
+    text = verdict.on_seeds(numbers, "moving base")[1]
+    assert "**The paper ranks** PSO = GWO, GA, from" in text
+    assert "order is GWO (< 1e-12), PSO (1.0e-08), GA" in text
+    assert "order holds." in text
+    plain["GWO"].update(median=2e-3)
+    assert "order holds by the count only." in verdict.on_seeds(numbers, "moving base")[1]
+
+
+def test_verdict_on_an_optimum_on_the_wall(numbers):
+    text = verdict.on_seeds(numbers, "moving base")[0]
+    assert "on the wall of the box, f = 0:" in text
+    assert "wall" not in verdict.on_seeds(numbers, "fixed base")[0]
+
+
+def test_verdict_on_what_modules_cost(results):
+    six = results["six"]
+    six["motion"]["cost"] = 15.0
+    for name, cost in (("moving", 10.0), ("from_start", 8.0), ("free", 7.5)):
+        six["whole_arm"][name]["cost"] = cost
+    text = verdict.on_modules(results)
+    assert "2.00 times" in text
+    assert "the modules pay 9.0000, and 2.0000 would do from the same start posture, 1.5000 from the best" in text
+    six["motion"]["cost"] = 7.5
+    assert "Nothing shorter was found" in verdict.on_modules(results)

@@ -16,6 +16,7 @@ from selfmotion.plot.domain import draw_domain
 from selfmotion.plot.evolution import draw_evolution
 from selfmotion.plot.flow import draw_flow, flow_height
 from selfmotion.plot.joints import draw_joints
+from selfmotion.plot.modules import draw_modules
 from selfmotion.plot.path import draw_path, draw_postures
 from selfmotion.plot.spread import draw_spread
 from selfmotion.plot.style import figure, image_files, rendered
@@ -63,6 +64,7 @@ __all__ = [
     "draw_extreme_postures",
     "draw_flow",
     "draw_joints",
+    "draw_modules",
     "draw_path",
     "draw_posture_interval",
     "draw_postures",

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 FLOOR = 1e-12
 """Excess over the optimum below which values are rounding; a logarithmic axis ends here."""
 
+_NOTHING = 1e300
+
 
 def draw_evolution(
     axes: Axes,
@@ -29,8 +31,8 @@ def draw_evolution(
     ----------
     axes : Axes
     searches : mapping
-        Label to the best cost after each iteration: shape (k,) of one search, or (s, k) of s searches, which are drawn
-        as their median with a band between the quartiles.
+        Label to the best cost after each iteration, NaN before there is one: shape (k,) of one search, or (s, k) of s
+        searches, which are drawn as their median with a band between the quartiles.
     optimum : float, optional
         With it, the excess over this value is drawn on a logarithmic scale.
     beside : mapping, optional
@@ -59,5 +61,7 @@ def _quartiles(best: ArrayLike, optimum: float | None) -> tuple[np.ndarray, np.n
     values = np.atleast_2d(np.asarray(best, dtype=float))
     if optimum is not None:
         values = np.maximum(values - optimum, FLOOR)
-    low, middle, high = np.percentile(values, [25, 50, 75], axis=0)
+    # A search that has found nothing yet ranks last: the median begins where half of them have found something.
+    ranked = np.percentile(np.where(np.isnan(values), _NOTHING, values), [25, 50, 75], axis=0)
+    low, middle, high = np.where(ranked < _NOTHING / 100, ranked, np.nan)
     return low, middle, high

@@ -36,9 +36,13 @@ def draw_postures(axes: Axes, plan: Plan) -> None:
     points = plan.problem.arm.joint_positions(plan(np.linspace(0, 1, _POSTURES)))
     for chain, color in zip(points, shades(_POSTURES), strict=True):
         draw_chain(axes, chain, color=color)
-    if isinstance(plan.problem.arm, PlanarArm):
-        center, _, outer = plan.problem.arm.annulus
-        draw_circle(axes, center, outer, color=GREY, linestyle=":")
     draw_base(axes)
     frame(axes, np.vstack([points.reshape(-1, 2), plan.problem.path(np.linspace(0, 1, 201))]))
-    axes.set_title("postures from light to dark; dotted: reach")
+    title = "postures from light to dark"
+    if isinstance(plan.problem.arm, PlanarArm):
+        center, _, outer = plan.problem.arm.annulus
+        corners = np.stack(np.meshgrid(axes.get_xlim(), axes.get_ylim()), axis=-1) - center
+        if np.hypot(*corners.T).max() > outer:  # else nothing of it would be seen
+            draw_circle(axes, center, outer, color=GREY, linestyle=":")
+            title += "; dotted: reach"
+    axes.set_title(title)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,13 +11,15 @@ from selfmotion.arms import PlanarArm
 from selfmotion.domain import angle_domain
 from selfmotion.errors import InvalidInputError
 from selfmotion.plot.style import COLUMN
-from selfmotion.report import seed_study
+from selfmotion.report import seed_3r, seed_6r
+from selfmotion.report.cases import PAPER
 from selfmotion.report.study import Study
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_COLUMNS = 2  # of the panels of Fig. 11
+_COLUMNS = 2  # of the panels of Fig. 11, 15 and 16
+_CASES_6R = (seed_6r.FIXED.name, seed_6r.MOVING.name)
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,7 @@ def _domain(study: Study, axes: Axes) -> None:
     grid = study.problem.grid
     curves = {
         f"{label}, f = {study.plans[label].parameters['f']:.4f}": (grid, study.plans[label].u(grid)[:, 0])
-        for label in seed_study.PRINTED
+        for label in PAPER
     }
     plot.draw_domain(axes, study.domain, 0, curves)
 
@@ -139,17 +141,23 @@ def _postures(study: Study, axes: Axes) -> None:
     plot.draw_postures(axes, study.plans[study.best])
 
 
-def _evolution(study: Study, *panels: Axes) -> None:
-    _panels(study, panels, None)
+def _evolution(case: str) -> Callable[..., None]:
+    def draw(study: Study, *panels: Axes) -> None:
+        _panels(study, case, panels, None)
+
+    return draw
 
 
-def _excess(study: Study, *panels: Axes) -> None:
-    _panels(study, panels, study.scan.fitness)
+def _excess(case: str) -> Callable[..., None]:
+    def draw(study: Study, *panels: Axes) -> None:
+        _panels(study, case, panels, study.cases[case].scan.fitness)
+
+    return draw
 
 
-def _panels(study: Study, panels: tuple[Axes, ...], optimum: float | None) -> None:
+def _panels(study: Study, case: str, panels: tuple[Axes, ...], optimum: float | None) -> None:
     """Draw a panel per optimizer, all to one scale, with the medians of the others in grey."""
-    best = {label: runs.best for label, runs in study.runs["plain"].items()}
+    best = {label: runs.best for label, runs in study.cases[case].runs["plain"].items()}
     for axes, label in zip(panels, best, strict=False):
         others = {other: values for other, values in best.items() if other != label}
         plot.draw_evolution(axes, {label: best[label]}, optimum, others)
@@ -171,12 +179,47 @@ def _panels(study: Study, panels: tuple[Axes, ...], optimum: float | None) -> No
         axes.text(0.1, 0.5, key, transform=axes.transAxes, va="center")
 
 
-def _spread(study: Study, axes: Axes) -> None:
-    optimum = study.scan.fitness
-    excess = {
-        copy: {label: runs.fitness - optimum for label, runs in rows.items()} for copy, rows in study.runs.items()
-    }
-    plot.draw_spread(axes, excess)
+def _spread(*names: str) -> Callable[..., None]:
+    def draw(study: Study, *panels: Axes) -> None:
+        for name, axes in zip(names, panels, strict=True):
+            case = study.cases[name]
+            optimum = case.scan.fitness
+            excess = {
+                copy: {label: runs.fitness - optimum for label, runs in rows.items()}
+                for copy, rows in case.runs.items()
+            }
+            plot.draw_spread(axes, excess)
+            if len(names) > 1:
+                axes.set_title(name, loc="right")
+
+    return draw
+
+
+def _modules(study: Study, axes: Axes) -> None:
+    plot.draw_modules(axes, study.six.plan, [study.six.base])
+
+
+def _module_domains(study: Study, *panels: Axes) -> None:
+    grid = study.six.problem.grid
+    for module, axes in enumerate(panels):
+        curves = {}
+        for label in PAPER:
+            plan = study.six.absolute[label]
+            f = plan.parameters["modules"][module]["f"]
+            curves[f"{label}, f = {f:.4f}"] = (grid, plan.u(grid)[:, 3 * module])  # the last link of each module
+        plot.draw_domain(axes, study.six.domains[module], 0, curves)
+        axes.set_title(f"{_CASES_6R[module]}, {study.six.domains[module].self_motion.branches[0]} elbow")
+
+
+def _module_joints(joints: Sequence[int], absolute: Sequence[int] = ()) -> Callable[[Study, Axes], None]:
+    def draw(study: Study, axes: Axes) -> None:
+        plot.draw_joints(axes, study.six.plan, joints, absolute)
+
+    return draw
+
+
+def _postures_6r(study: Study, axes: Axes) -> None:
+    plot.draw_postures(axes, study.six.plan)
 
 
 FIGURES = {
@@ -293,7 +336,7 @@ FIGURES = {
             "Fig. 11",
             "Fitness evolution on the plain problem: the least F so far, median and quartiles over {seeds} seeds.",
             "A panel per optimizer: the least F falls with the iterations towards the optimum",
-            _evolution,
+            _evolution(seed_3r.CASE.name),
             height=4.2,
             columns=_COLUMNS,
             rows=3,
@@ -304,7 +347,7 @@ FIGURES = {
             "The same as excess over the dense-scan optimum, on a logarithmic scale, where the optimizers differ. "
             "What is nearer than rounding is drawn at the lower end.",
             "A panel per optimizer: how the excess over the optimum falls with the iterations, on a logarithmic scale",
-            _excess,
+            _excess(seed_3r.CASE.name),
             height=4.2,
             columns=_COLUMNS,
             rows=3,
@@ -316,7 +359,7 @@ FIGURES = {
             "its copy with shifted variable. Mark: median; bar: quartiles; faint dots: single runs. What is nearer "
             "than rounding is drawn at the left end.",
             "Per optimizer the final excess over the optimum of all runs on a logarithmic axis, plain above shifted",
-            _spread,
+            _spread(seed_3r.CASE.name),
             height=3.0,
         ),
         ReportFigure(
@@ -333,6 +376,97 @@ FIGURES = {
             "The arm drawn at several places along the path, light at the start and dark at the end",
             _postures,
             height=3.2,
+        ),
+        ReportFigure(
+            "fig13_modules",
+            "Fig. 13",
+            "The arm of two modules on its way along the clothoid, by the motion that {six[best]} found: the second "
+            "module is an arm of its own in a frame that moves with its base.",
+            "The arm from its base to the clothoid, its two modules in two colours, with axes at the base of each",
+            _modules,
+            height=2.6,
+        ),
+        ReportFigure(
+            "fig14_domains",
+            "Fig. 14a, b",
+            "The angle domain of each module in the frame of its base, and in it the sinusoids that the paper's three "
+            "optimizers found with seed {seed}.",
+            "Two regions of feasible directions of a module's last link along its path, with three sinusoids in each",
+            _module_domains,
+            width=2 * COLUMN,
+            height=3.0,
+            columns=2,
+        ),
+        *(
+            figure
+            for number, name in zip(("Fig. 15", "Fig. 16"), _CASES_6R, strict=True)
+            for figure in (
+                ReportFigure(
+                    f"{number.replace('. ', '').lower()}_evolution",
+                    number,
+                    f"Fitness evolution of the module on the {name}: the least F so far, median and quartiles over "
+                    "{seeds} seeds. A line begins where half of the runs have found something feasible.",
+                    "A panel per optimizer: the least F falls with the iterations towards the optimum",
+                    _evolution(name),
+                    height=4.2,
+                    columns=_COLUMNS,
+                    rows=3,
+                ),
+                ReportFigure(
+                    f"{number.replace('. ', '').lower()}_excess",
+                    number,
+                    "The same as excess over the dense-scan optimum, on a logarithmic scale. What is nearer than "
+                    "rounding is drawn at the lower end.",
+                    "A panel per optimizer: how the excess over the optimum falls with the iterations, on a "
+                    "logarithmic scale",
+                    _excess(name),
+                    height=4.2,
+                    columns=_COLUMNS,
+                    rows=3,
+                ),
+            )
+        ),
+        ReportFigure(
+            "seeds_spread_modules",
+            "",
+            "How far each optimizer ends from the dense-scan optimum of each module over {seeds} seeds, drawn as for "
+            "the smaller arm.",
+            "Per module and optimizer the final excess over the optimum of all runs on a logarithmic axis, plain above "
+            "shifted",
+            _spread(*_CASES_6R),
+            width=2 * COLUMN,
+            height=3.0,
+            columns=2,
+        ),
+        ReportFigure(
+            "fig17a_joints",
+            "Fig. 17a",
+            "Joint angles of the module on the fixed base, motion found by {six[best]}.",
+            "Three joint angles against the path parameter",
+            _module_joints(range(3)),
+        ),
+        ReportFigure(
+            "fig17b_joints",
+            "Fig. 17b",
+            "Joint angles of the module on the moving base, the first of them as the paper has it: absolute, the "
+            "direction of the link.",
+            "Three joint angles against the path parameter, the first labelled as absolute",
+            _module_joints(range(3, 6), [3]),
+        ),
+        ReportFigure(
+            "fig17b_true",
+            "Fig. 17b",
+            "The same in true joint angles: what the motors turn.",
+            "Three joint angles against the path parameter",
+            _module_joints(range(3, 6)),
+        ),
+        ReportFigure(
+            "fig17c_postures",
+            "Fig. 17c",
+            "Postures of the whole arm along the clothoid.",
+            "The arm of six links drawn at several places along the path, light at the start and dark at the end",
+            _postures_6r,
+            height=2.6,
         ),
     )
 }

@@ -5,17 +5,16 @@ from __future__ import annotations
 import os
 import platform
 from collections import Counter
-from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any
 
-import numpy as np
-
 from selfmotion._version import __version__
-from selfmotion.arms import JointLimits
+from selfmotion.arms import JointLimits, PlanarArm
 from selfmotion.domain import AngleDomain
 from selfmotion.domain.events import WORDS
-from selfmotion.report import seed_runs, seed_study
+from selfmotion.report import cases, seed_3r, seed_6r, seed_runs
+from selfmotion.report.results_6r import cases_of_6r, results_of_6r
+from selfmotion.report.results_case import comparison, line
 from selfmotion.report.study import Study
 
 PACKAGES = ("selfmotion", "numpy", "scipy", "matplotlib")
@@ -27,36 +26,32 @@ def results_of(study: Study) -> dict[str, Any]:
 
     Wall times and the command are not among them: they belong to a run, not to the study.
     """
-    scan, arm = study.scan, seed_study.arm()
     return {
         "seed": study.seed,
         "seeds": study.seeds,
-        "arm": {
-            "links": ", ".join(f"{length:g}" for length in arm.links),
-            "reach": arm.reach,
-            "limits": _limits(arm.limits),
-        },
+        "arm": _arm(seed_3r.arm()),
         "limited": _structure(study.limited),
-        "offset": seed_study.OFFSET,
-        "amplitude": seed_study.AMPLITUDE,
-        "low": seed_study.BOUNDS[0],
-        "high": seed_study.BOUNDS[1],
-        "population": seed_study.POPULATION,
-        "iterations": seed_study.ITERATIONS,
-        "samples": seed_study.SAMPLES,
+        "offset": seed_3r.OFFSET,
+        "amplitude": seed_3r.AMPLITUDE,
+        "low": cases.BOUNDS[0],
+        "high": cases.BOUNDS[1],
+        "population": cases.POPULATION,
+        "iterations": cases.ITERATIONS,
+        "samples": cases.SAMPLES,
         "shift": seed_runs.SHIFT,
         "tolerance": seed_runs.TOLERANCE,
-        "scan": asdict(scan),
-        "table": {label: _line(label, study) for label in study.plans},
         "best": study.best,
-        "comparison": {
-            copy: {label: _statistics(runs, scan) for label, runs in rows.items()} for copy, rows in study.runs.items()
+        "cases": {
+            seed_3r.CASE.name: {"table": _table_of_3r(study), **comparison(study.cases[seed_3r.CASE.name])},
+            **cases_of_6r(study),
         },
-        "evaluations": max(int(runs.evaluations.max()) for rows in study.runs.values() for runs in rows.values()),
-        "lower_than": {
-            other: int(np.sum(study.runs["plain"]["PSO"].fitness < study.runs["plain"][other].fitness))
-            for other in seed_study.RIVALS
-        },
+        "evaluations": max(
+            int(runs.evaluations.max())
+            for case in study.cases.values()
+            for rows in case.runs.values()
+            for runs in rows.values()
+        ),
+        "six": {"arm": _arm(seed_6r.arm()), **results_of_6r(study)},
         "machine": {
             "processor": platform.machine(),
             "cpus": os.cpu_count(),
@@ -64,6 +59,15 @@ def results_of(study: Study) -> dict[str, Any]:
             "python": platform.python_version(),
         },
         "versions": {name: version(name) for name in PACKAGES} | {"selfmotion": __version__},
+    }
+
+
+def _arm(arm: PlanarArm) -> dict[str, Any]:
+    return {
+        "links": ", ".join(f"{length:g}" for length in arm.links),
+        "joints": arm.n,
+        "reach": arm.reach,
+        "limits": _limits(arm.limits),
     }
 
 
@@ -85,29 +89,10 @@ def _structure(domain: AngleDomain) -> dict[str, Any]:
     }
 
 
-def _line(label: str, study: Study) -> dict[str, Any]:
-    """Return a line of Table II: printed, at the printed frequency, computed."""
-    printed, plan = seed_study.PRINTED.get(label), study.plans[label]
+def _table_of_3r(study: Study) -> dict[str, Any]:
+    """Return Table II: per optimizer printed, at the printed frequency, computed."""
+    found = study.cases[seed_3r.CASE.name]
     return {
-        "printed": None if printed is None else asdict(printed),
-        "computed_at_printed_f": None if printed is None else float(seed_study.fitness(printed.f)[0]),
-        "excess": plan.cost_sampled - study.scan.fitness,
-        **plan.summary(),
-    }
-
-
-def _statistics(runs: seed_runs.Runs, scan: seed_study.DenseScan) -> dict[str, Any]:
-    """Return how the runs of one optimizer end, measured from the dense-scan optimum."""
-    excess = runs.fitness - scan.fitness
-    best, lower, median, upper, worst = np.percentile(excess, [0, 25, 50, 75, 100]).tolist()
-    return {
-        "best": best,
-        "lower_quartile": lower,
-        "median": median,
-        "upper_quartile": upper,
-        "worst": worst,
-        "found": int(np.sum(np.abs(excess) <= seed_runs.TOLERANCE)),
-        "median_f_error": float(np.median(np.abs(runs.f - scan.f))),
-        "f": runs.f.tolist(),
-        "fitness": runs.fitness.tolist(),
+        label: line(found.case, found.scan, label, plan.parameters["f"], plan.cost_sampled) | plan.summary()
+        for label, plan in study.plans.items()
     }

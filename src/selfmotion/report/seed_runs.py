@@ -1,4 +1,4 @@
-"""The study's optimizers over many seeds, on the problem and on a copy of it whose variable is shifted.
+"""The optimizers over many seeds on a case of the paper, and on a copy of it whose variable is shifted.
 
 The shifted copy searches y = f − c, c the middle of the box, for the same F. A method that does not care where the
 origin lies does as well on both; one that is drawn to the origin does not, and here the best f lies near it.
@@ -16,9 +16,11 @@ import numpy as np
 
 from selfmotion._types import FloatArray
 from selfmotion.optimizers import Progress
-from selfmotion.report import seed_study
+from selfmotion.report import cases, seed_3r, seed_6r
 
-SHIFT = 0.5 * (seed_study.BOUNDS[0] + seed_study.BOUNDS[1])
+CASES = {case.name: case for case in (seed_3r.CASE, seed_6r.FIXED, seed_6r.MOVING)}
+"""The cases on which the optimizers are compared, by name."""
+SHIFT = 0.5 * (cases.BOUNDS[0] + cases.BOUNDS[1])
 COPIES = {"plain": 0.0, "shifted": SHIFT}
 """The copies of the problem: name to what is subtracted from f."""
 TOLERANCE = 1e-6
@@ -34,7 +36,7 @@ class Runs:
     f, fitness : array, shape (s,)
         Frequency found with each seed, and F there.
     best : array, shape (s, k)
-        Least F so far after each of k iterations.
+        Least F so far after each of k iterations, NaN before anything feasible was found.
     evaluations : array, shape (s,)
         Candidates judged.
     """
@@ -46,6 +48,7 @@ class Runs:
 
 
 class _Task(NamedTuple):
+    case: str
     copy: str
     label: str
     seed: int
@@ -60,7 +63,8 @@ class _Outcome(NamedTuple):
 class _Remembering:
     """F of a shifted frequency, computed once per value: a GA's survivors are judged again in every generation."""
 
-    def __init__(self, shift: float) -> None:
+    def __init__(self, case: cases.Case, shift: float) -> None:
+        self._case = case
         self._shift = shift
         self._known: dict[float, float] = {}
 
@@ -68,23 +72,27 @@ class _Remembering:
         wanted = population[:, 0].tolist()
         new = [y for y in dict.fromkeys(wanted) if y not in self._known]
         if new:
-            self._known.update(zip(new, seed_study.fitness(np.array(new) + self._shift).tolist(), strict=True))
+            self._known.update(zip(new, self._case.fitness(np.array(new) + self._shift).tolist(), strict=True))
         return np.array([self._known[y] for y in wanted])
 
 
 def _one(task: _Task) -> _Outcome:
     shift = COPIES[task.copy]
-    low, high = seed_study.BOUNDS
-    optimizer = seed_study.optimizers(task.seed, (low - shift, high - shift))[task.label]
-    result = optimizer.minimize(_Remembering(shift), 1)
+    low, high = cases.BOUNDS
+    optimizer = cases.optimizers(task.seed, (low - shift, high - shift))[task.label]
+    result = optimizer.minimize(_Remembering(CASES[task.case], shift), 1)
     return _Outcome(float(result.x[0]) + shift, np.array(result.history.best), result.evaluations)
 
 
-def many_seeds(seed: int, seeds: int, workers: int = 1, progress: Progress | None = None) -> dict[str, dict[str, Runs]]:
-    """Run every optimizer on both copies with `seeds` seeds from `seed` on.
+def many_seeds(
+    case: str, seed: int, seeds: int, workers: int = 1, progress: Progress | None = None
+) -> dict[str, dict[str, Runs]]:
+    """Run every optimizer on both copies of a case with `seeds` seeds from `seed` on.
 
     Parameters
     ----------
+    case : str
+        One of `CASES`.
     seed, seeds : int
     workers : int
         Processes that share the runs. The outcome is the same to the last bit whatever their number. (Threads take as
@@ -97,7 +105,7 @@ def many_seeds(seed: int, seeds: int, workers: int = 1, progress: Progress | Non
     dict
         Copy to label to `Runs`.
     """
-    tasks = [_Task(copy, label, seed + k) for copy in COPIES for label in seed_study.COMPARED for k in range(seeds)]
+    tasks = [_Task(case, copy, label, seed + k) for copy in COPIES for label in cases.COMPARED for k in range(seeds)]
     outcomes: list[_Outcome] = []
     least = np.inf
     with _mapped(tasks, workers) as arriving:

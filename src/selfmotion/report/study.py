@@ -10,11 +10,13 @@ from selfmotion.mending import Repair, repair
 from selfmotion.optimizers import Progress
 from selfmotion.planners import Plan
 from selfmotion.problem import Problem
-from selfmotion.report import seed_runs, seed_study
+from selfmotion.report import seed_3r, seed_runs
+from selfmotion.report.case_study import CaseStudy
+from selfmotion.report.study_6r import Study6R
 
 
 class Study:
-    """The paper's 3R study.
+    """The paper's study: of the 3R arm, of the optimizers on every case, and of the 6R arm.
 
     Parameters
     ----------
@@ -26,18 +28,25 @@ class Study:
         Processes that share its runs; they change no bit of the outcome.
     progress : callable, optional
         Called with (done, total, best so far), stage by stage.
+
+    Attributes
+    ----------
+    cases : dict
+        Name to `CaseStudy`: the optimizers over many seeds.
+    six : Study6R
     """
 
     def __init__(self, seed: int = 1, seeds: int = 30, workers: int = 1, progress: Progress | None = None) -> None:
         self.seed = seed
         self.seeds = seeds
-        self._workers = workers
+        self.cases = {name: CaseStudy(name, seed, seeds, workers, progress) for name in seed_runs.CASES}
+        self.six = Study6R(seed, progress)
         self._progress = progress
 
     @cached_property
     def problem(self) -> Problem:
         """The arm on its path."""
-        return seed_study.problem()
+        return seed_3r.problem()
 
     @cached_property
     def domain(self) -> AngleDomain:
@@ -47,12 +56,12 @@ class Study:
     @cached_property
     def free(self) -> Problem:
         """The arm without limits on the path."""
-        return seed_study.free_problem()
+        return seed_3r.free_problem()
 
     @cached_property
     def improper(self) -> Trajectory:
         """Postures of the arm without limits, some of them with the other elbow."""
-        return seed_study.improper_motion(self.free)
+        return seed_3r.improper_motion(self.free)
 
     @cached_property
     def repaired(self) -> Repair:
@@ -62,25 +71,15 @@ class Study:
     @cached_property
     def limited(self) -> AngleDomain:
         """Every feasible posture of the arm with limits of our own."""
-        case = seed_study.limited_problem()
+        case = seed_3r.limited_problem()
         return angle_domain(case.arm, case.path)
 
     @cached_property
     def plans(self) -> dict[str, Plan]:
         """The single run of each optimizer (Table II), by label."""
-        return seed_study.plans(self.seed, self._progress)
+        return seed_3r.plans(self.seed, self._progress)
 
     @cached_property
     def best(self) -> str:
         """Label of the plan with the least F."""
         return min(self.plans, key=lambda label: self.plans[label].cost_sampled)
-
-    @cached_property
-    def scan(self) -> seed_study.DenseScan:
-        """The least F there is, from a dense scan."""
-        return seed_study.dense_scan()
-
-    @cached_property
-    def runs(self) -> dict[str, dict[str, seed_runs.Runs]]:
-        """The runs of all seeds: copy of the problem to label to runs."""
-        return seed_runs.many_seeds(self.seed, self.seeds, self._workers, self._progress)
