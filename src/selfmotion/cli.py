@@ -148,7 +148,7 @@ def reproduce(
     ] = None,
     force: ForceOption = False,
 ) -> None:
-    """Run the paper's 3R study; write its tables and figures, printed beside computed."""
+    """Run the paper's study of the 3R and 6R arms; write its tables and figures, printed beside computed."""
     from selfmotion.exchange import OutputFolder
     from selfmotion.report import Study, file_names
     from selfmotion.report import reproduce as run

@@ -1,9 +1,8 @@
-"""Every figure of the report. A new one is one entry in `FIGURES`."""
+"""Every figure of the report. A new one is one entry in `FIGURES`, of the 6R study in `FIGURES_6R`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from selfmotion import plot
@@ -11,54 +10,15 @@ from selfmotion.arms import PlanarArm
 from selfmotion.domain import angle_domain
 from selfmotion.errors import InvalidInputError
 from selfmotion.plot.style import COLUMN
-from selfmotion.report import seed_3r, seed_6r
+from selfmotion.report import seed_3r
 from selfmotion.report.cases import PAPER
+from selfmotion.report.figure import ReportFigure
+from selfmotion.report.figures_6r import FIGURES_6R
+from selfmotion.report.search_figures import COLUMNS, ROWS, evolution, excess, spread
 from selfmotion.report.study import Study
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-_COLUMNS = 2  # of the panels of Fig. 11, 15 and 16
-_CASES_6R = (seed_6r.FIXED.name, seed_6r.MOVING.name)
-
-
-@dataclass(frozen=True)
-class ReportFigure:
-    """A figure of the report.
-
-    Attributes
-    ----------
-    name : str
-        Of its files, and of ``selfmotion reproduce --only``.
-    number : str
-        The paper's, such as ``Fig. 10a``; empty where the paper has no such figure.
-    caption : str
-        What it shows; may use fields of the results, such as ``{seeds}``.
-    alt : str
-        What a reader who cannot see it should know.
-    draw : callable
-        Takes the `Study` and as many Axes as `columns` times `rows`. It computes what it asks the study for, no more.
-    width, height : float
-        [inch]
-    columns, rows : int
-    """
-
-    name: str
-    number: str
-    caption: str
-    alt: str
-    draw: Callable[..., None]
-    width: float = COLUMN
-    height: float = 2.6
-    columns: int = 1
-    rows: int = 1
-
-    def files(self, study: Study) -> dict[str, bytes]:
-        """Return ``name.png``, ``name.svg`` and ``name.json``, the data that the picture shows."""
-        size = {"width": self.width, "height": self.height, "columns": self.columns, "rows": self.rows}
-        with plot.figure(**size) as (canvas, axes):  # type: ignore[arg-type]
-            self.draw(study, *axes)
-            return plot.image_files(self.name, canvas, data=True)
 
 
 def chosen(only: Iterable[str] = ()) -> list[ReportFigure]:
@@ -139,87 +99,6 @@ def _joints(study: Study, axes: Axes) -> None:
 
 def _postures(study: Study, axes: Axes) -> None:
     plot.draw_postures(axes, study.plans[study.best])
-
-
-def _evolution(case: str) -> Callable[..., None]:
-    def draw(study: Study, *panels: Axes) -> None:
-        _panels(study, case, panels, None)
-
-    return draw
-
-
-def _excess(case: str) -> Callable[..., None]:
-    def draw(study: Study, *panels: Axes) -> None:
-        _panels(study, case, panels, study.cases[case].scan.fitness)
-
-    return draw
-
-
-def _panels(study: Study, case: str, panels: tuple[Axes, ...], optimum: float | None) -> None:
-    """Draw a panel per optimizer, all to one scale, with the medians of the others in grey."""
-    best = {label: runs.best for label, runs in study.cases[case].runs["plain"].items()}
-    for axes, label in zip(panels, best, strict=False):
-        others = {other: values for other, values in best.items() if other != label}
-        plot.draw_evolution(axes, {label: best[label]}, optimum, others)
-        axes.set_title(label)
-        if optimum is None:  # most of the way is made in the first few iterations
-            axes.set_xscale("log")
-            axes.set_xticks([1, 10, 100], ["1", "10", "100"])
-    shown = panels[: len(best)]
-    extents = [axes.get_ylim() for axes in shown]
-    for k, axes in enumerate(shown):
-        axes.set_ylim(min(low for low, _ in extents), max(high for _, high in extents))
-        axes.label_outer()
-        if k + _COLUMNS >= len(shown):  # nothing below it
-            axes.set_xlabel("iteration")
-            axes.tick_params(labelbottom=True)
-    for axes in panels[len(best) :]:
-        axes.set_axis_off()
-        key = f"line: median\nband: quartiles\nof {study.seeds} seeds\ngrey: the others'\nmedians"
-        axes.text(0.1, 0.5, key, transform=axes.transAxes, va="center")
-
-
-def _spread(*names: str) -> Callable[..., None]:
-    def draw(study: Study, *panels: Axes) -> None:
-        for name, axes in zip(names, panels, strict=True):
-            case = study.cases[name]
-            optimum = case.scan.fitness
-            excess = {
-                copy: {label: runs.fitness - optimum for label, runs in rows.items()}
-                for copy, rows in case.runs.items()
-            }
-            plot.draw_spread(axes, excess)
-            if len(names) > 1:
-                axes.set_title(name, loc="right")
-
-    return draw
-
-
-def _modules(study: Study, axes: Axes) -> None:
-    plot.draw_modules(axes, study.six.plan, [study.six.base])
-
-
-def _module_domains(study: Study, *panels: Axes) -> None:
-    grid = study.six.problem.grid
-    for module, axes in enumerate(panels):
-        curves = {}
-        for label in PAPER:
-            plan = study.six.absolute[label]
-            f = plan.parameters["modules"][module]["f"]
-            curves[f"{label}, f = {f:.4f}"] = (grid, plan.u(grid)[:, 3 * module])  # the last link of each module
-        plot.draw_domain(axes, study.six.domains[module], 0, curves)
-        axes.set_title(f"{_CASES_6R[module]}, {study.six.domains[module].self_motion.branches[0]} elbow")
-
-
-def _module_joints(joints: Sequence[int], absolute: Sequence[int] = ()) -> Callable[[Study, Axes], None]:
-    def draw(study: Study, axes: Axes) -> None:
-        plot.draw_joints(axes, study.six.plan, joints, absolute)
-
-    return draw
-
-
-def _postures_6r(study: Study, axes: Axes) -> None:
-    plot.draw_postures(axes, study.six.plan)
 
 
 FIGURES = {
@@ -336,10 +215,10 @@ FIGURES = {
             "Fig. 11",
             "Fitness evolution on the plain problem: the least F so far, median and quartiles over {seeds} seeds.",
             "A panel per optimizer: the least F falls with the iterations towards the optimum",
-            _evolution(seed_3r.CASE.name),
+            evolution(seed_3r.CASE.name),
             height=4.2,
-            columns=_COLUMNS,
-            rows=3,
+            columns=COLUMNS,
+            rows=ROWS,
         ),
         ReportFigure(
             "fig11_excess",
@@ -347,10 +226,10 @@ FIGURES = {
             "The same as excess over the dense-scan optimum, on a logarithmic scale, where the optimizers differ. "
             "What is nearer than rounding is drawn at the lower end.",
             "A panel per optimizer: how the excess over the optimum falls with the iterations, on a logarithmic scale",
-            _excess(seed_3r.CASE.name),
+            excess(seed_3r.CASE.name),
             height=4.2,
-            columns=_COLUMNS,
-            rows=3,
+            columns=COLUMNS,
+            rows=ROWS,
         ),
         ReportFigure(
             "seeds_spread",
@@ -359,7 +238,7 @@ FIGURES = {
             "its copy with shifted variable. Mark: median; bar: quartiles; faint dots: single runs. What is nearer "
             "than rounding is drawn at the left end.",
             "Per optimizer the final excess over the optimum of all runs on a logarithmic axis, plain above shifted",
-            _spread(seed_3r.CASE.name),
+            spread(seed_3r.CASE.name),
             height=3.0,
         ),
         ReportFigure(
@@ -377,97 +256,7 @@ FIGURES = {
             _postures,
             height=3.2,
         ),
-        ReportFigure(
-            "fig13_modules",
-            "Fig. 13",
-            "The arm of two modules on its way along the clothoid, by the motion that {six[best]} found: the second "
-            "module is an arm of its own in a frame that moves with its base.",
-            "The arm from its base to the clothoid, its two modules in two colours, with axes at the base of each",
-            _modules,
-            height=2.6,
-        ),
-        ReportFigure(
-            "fig14_domains",
-            "Fig. 14a, b",
-            "The angle domain of each module in the frame of its base, and in it the sinusoids that the paper's three "
-            "optimizers found with seed {seed}.",
-            "Two regions of feasible directions of a module's last link along its path, with three sinusoids in each",
-            _module_domains,
-            width=2 * COLUMN,
-            height=3.0,
-            columns=2,
-        ),
-        *(
-            figure
-            for number, name in zip(("Fig. 15", "Fig. 16"), _CASES_6R, strict=True)
-            for figure in (
-                ReportFigure(
-                    f"{number.replace('. ', '').lower()}_evolution",
-                    number,
-                    f"Fitness evolution of the module on the {name}: the least F so far, median and quartiles over "
-                    "{seeds} seeds. A line begins where half of the runs have found something feasible.",
-                    "A panel per optimizer: the least F falls with the iterations towards the optimum",
-                    _evolution(name),
-                    height=4.2,
-                    columns=_COLUMNS,
-                    rows=3,
-                ),
-                ReportFigure(
-                    f"{number.replace('. ', '').lower()}_excess",
-                    number,
-                    "The same as excess over the dense-scan optimum, on a logarithmic scale. What is nearer than "
-                    "rounding is drawn at the lower end.",
-                    "A panel per optimizer: how the excess over the optimum falls with the iterations, on a "
-                    "logarithmic scale",
-                    _excess(name),
-                    height=4.2,
-                    columns=_COLUMNS,
-                    rows=3,
-                ),
-            )
-        ),
-        ReportFigure(
-            "seeds_spread_modules",
-            "",
-            "How far each optimizer ends from the dense-scan optimum of each module over {seeds} seeds, drawn as for "
-            "the smaller arm.",
-            "Per module and optimizer the final excess over the optimum of all runs on a logarithmic axis, plain above "
-            "shifted",
-            _spread(*_CASES_6R),
-            width=2 * COLUMN,
-            height=3.0,
-            columns=2,
-        ),
-        ReportFigure(
-            "fig17a_joints",
-            "Fig. 17a",
-            "Joint angles of the module on the fixed base, motion found by {six[best]}.",
-            "Three joint angles against the path parameter",
-            _module_joints(range(3)),
-        ),
-        ReportFigure(
-            "fig17b_joints",
-            "Fig. 17b",
-            "Joint angles of the module on the moving base, the first of them as the paper has it: absolute, the "
-            "direction of the link.",
-            "Three joint angles against the path parameter, the first labelled as absolute",
-            _module_joints(range(3, 6), [3]),
-        ),
-        ReportFigure(
-            "fig17b_true",
-            "Fig. 17b",
-            "The same in true joint angles: what the motors turn.",
-            "Three joint angles against the path parameter",
-            _module_joints(range(3, 6)),
-        ),
-        ReportFigure(
-            "fig17c_postures",
-            "Fig. 17c",
-            "Postures of the whole arm along the clothoid.",
-            "The arm of six links drawn at several places along the path, light at the start and dark at the end",
-            _postures_6r,
-            height=2.6,
-        ),
+        *FIGURES_6R,
     )
 }
 """The report's figures by name, in its order."""

@@ -7,7 +7,8 @@ from typing import Any
 
 from selfmotion.report import seed_3r, seed_6r, seed_runs, verdict
 from selfmotion.report.cases import COMPARED, IN_TABLE
-from selfmotion.report.figures import FIGURES, ReportFigure
+from selfmotion.report.figure import ReportFigure
+from selfmotion.report.figures import FIGURES
 from selfmotion.report.results import PACKAGES
 
 

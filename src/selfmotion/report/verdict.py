@@ -104,7 +104,7 @@ def _keeps(printed: Mapping[str, float], values: Mapping[str, float]) -> bool:
 def _against_chance(case: dict[str, Any]) -> str:
     """Compare every optimizer with random search."""
     plain = case["comparison"]["plain"]
-    order = sorted(plain, key=lambda label: plain[label]["median"])
+    order = sorted(plain, key=lambda label: max(plain[label]["median"], FLOOR))
     place = order.index("random search")
     worse = order[place + 1 :]
     verdict = f"{_and(worse)} did worse by the median" if worse else "every optimizer did better by the median"
