@@ -169,7 +169,7 @@ def test_what_a_sinusoid_starts_is_improved(seed_arm, seed_path, seed_plan, best
     assert plan.cost == pytest.approx(best_3r.cost, rel=1e-6)
     assert plan.parameters["initial"]["f"] == seed_plan.parameters["f"]
     assert plan.parameters["initial"]["cost"] == pytest.approx(5.2775, abs=1e-4)
-    assert plan.parameters["stopped"] == "all 1 starts were used"
+    assert plan.parameters["stopped"] == "the one start was used"
 
 
 def test_an_initial_planner_that_finds_nothing_is_no_misfortune(seed_arm, seed_path):
@@ -381,7 +381,7 @@ def test_people_are_told_what_was_found_and_why_it_stopped(seed_file, capsys):
     with pytest.raises(SystemExit) as left:
         main(["plan", seed_file(planner={"kind": "refine", "starts": 1}, start={"u": [0.3]})])
     assert left.value.code == 0
-    assert "refine, tolerance = 1e-06, all 1 starts were used; " in capsys.readouterr().out
+    assert "refine, the one start was used; " in capsys.readouterr().out
 
 
 def test_a_start_given_by_u_may_need_a_turn_of_its_joints():

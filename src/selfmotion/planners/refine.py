@@ -29,6 +29,7 @@ _MOST_CORNERS = 48
 _LEVELS = 8
 _REFINED = 3  # optima that are refined to the end, at most
 _CAUTION = 10.0  # times as much as refinement changed one cost it may change another
+_CAUTION_WITH_KINKS = 0.3  # what rounding off a kink changes, it changes of all costs alike
 # Two optima are one if their costs agree to this part and their joints to this angle [rad].
 _SAME_COST = 1e-4
 _SAME_ANGLE = 0.05
@@ -36,8 +37,10 @@ _COMPARED_AT = np.linspace(0.0, 1.0, 65)
 # Rounding of the objectives' kinks on the coarse level, and what each finer level makes of it.
 _WIDTH = 0.1
 _NARROWER = 0.25
-_NARROWEST = 1e-4
+_NARROWEST = 3e-4
+_LEAST_WITH_KINKS = 1e-4  # tolerance that is worth its time for objectives with kinks
 _WARM = 1e-5  # weight of the barrier on finer levels
+_MOST_FINE = 100  # iterations on a finer level
 
 
 @dataclass
@@ -83,9 +86,10 @@ class Refine(Planner):
     seed : int
         Of the random starts.
     tolerance : float
-        Relative change of the cost from one level of knots to the next at which refinement stops.
+        Relative change of the cost from one level of knots to the next at which refinement stops; for l1 and l2 at
+        least 1e-4.
     time_limit : float
-        Seconds after which no further start or level is begun.
+        Seconds after which the best motion so far is the answer.
 
     Raises
     ------
@@ -175,7 +179,7 @@ class _Search:
         space = SplineSpace.with_spans(_COARSE, self._corners())
         for start in self._starts():
             if self.tried >= self.planner.starts:
-                return f"all {self.planner.starts} starts were used"
+                return "the one start was used" if self.tried == 1 else f"all {self.tried} starts were used"
             if self.tried and time.perf_counter() > self.deadline:
                 return f"the time limit of {self.planner.time_limit:g} s passed"
             self.tried += 1
@@ -204,9 +208,13 @@ class _Search:
         free = copy.copy(self.problem)
         free.end, free.cyclic = None, False
         try:
-            plan = planner.plan(free)
-        except InvalidInputError as error:
-            raise error.inside("planner.initial") from None
+            try:
+                plan = planner.plan(free)
+            except InvalidInputError as error:
+                if error.field != "start":
+                    raise error.inside("planner.initial") from None
+                free.start = None
+                plan = planner.plan(free)
         except NothingFeasibleError as error:
             self.initial = {"kind": planner.kind, "failed": error.message}
             return
@@ -233,7 +241,7 @@ class _Search:
         collocation = self._collocation(start, space, _WIDTH)
         at = space.collocation
         sampled = np.stack([np.interp(at, start.r, joint) for joint in start.q.T], axis=-1)
-        minimum = minimise(collocation, space.interpolating(sampled), tolerance=1e-7)
+        minimum = minimise(collocation, space.interpolating(sampled), tolerance=1e-7, deadline=self.deadline)
         if minimum is None:
             return
         self.iterations += minimum.iterations
@@ -252,8 +260,9 @@ class _Search:
         self.optima.sort(key=lambda optimum: optimum.cost)
         refined: list[_Optimum] = []
         shift = 0.0  # what refinement has changed of a cost so far
+        caution = _CAUTION_WITH_KINKS if self.problem.objective.has_kinks else _CAUTION
         for optimum in self.optima[:_REFINED]:
-            if refined and optimum.cost - shift * _CAUTION > min(other.cost for other in refined):
+            if refined and optimum.cost - shift * caution > min(other.cost for other in refined):
                 break
             refined.append(self._refined(optimum))
             shift = max(shift, abs(refined[-1].cost - optimum.cost))
@@ -263,7 +272,9 @@ class _Search:
 
     def _refined(self, optimum: _Optimum) -> _Optimum:
         """Return an optimum on knots so fine that the cost no longer changes, or as fine as time allows."""
-        tolerance, width = self.planner.tolerance, _WIDTH if self.problem.objective.has_kinks else _NARROWEST
+        tolerance, width = self.planner.tolerance, _NARROWEST
+        if self.problem.objective.has_kinks:
+            tolerance, width = max(tolerance, _LEAST_WITH_KINKS), _WIDTH
         before = np.inf
         for _ in range(_LEVELS):
             if time.perf_counter() > self.deadline:
@@ -272,14 +283,14 @@ class _Search:
             cost = self._cost_of(motion)
             settled = abs(cost - before) <= tolerance * cost or abs(cost - optimum.cost) <= 0.1 * tolerance * cost
             correction = _corrections(motion)
-            rough = correction > min(tolerance, 0.5 * correction.max())
+            rough = correction > min(self.planner.tolerance, 0.5 * correction.max())
             if width <= _NARROWEST and (settled or len(rough) + rough.sum() > _MOST_SPANS):
                 break
             finer = space.bisected(rough) if len(rough) + rough.sum() <= _MOST_SPANS else space
             before, width = cost, max(_NARROWER * width, _NARROWEST)
             collocation = self._collocation(optimum.start, finer, width)
             coefficients = finer.interpolating(space.spline(optimum.coefficients)(finer.collocation))
-            minimum = minimise(collocation, coefficients, 0.01 * tolerance, _WARM)
+            minimum = minimise(collocation, coefficients, 0.01 * tolerance, _WARM, _MOST_FINE, self.deadline)
             if minimum is None:
                 break
             self.iterations += minimum.iterations
@@ -300,12 +311,14 @@ class _Search:
             "ended": self.ended,
             "stopped": stopped,
             "optima": [{"cost": other.cost, "found": other.found} for other in self.optima],
-            "seed": self.planner.seed,
-            "tolerance": self.planner.tolerance,
             "initial": self.initial,
+            "settings": {name: getattr(self.planner, name) for name in ("starts", "seed", "tolerance", "time_limit")},
         }
 
     def _give_up(self, stopped: str, failure: Failure | None) -> NoReturn:
+        remedy = "give more starts, another seed, or an initial planner"
+        if self.problem.cyclic == "exact" and not self.problem.arm.limits.limited.all():
+            remedy += "; or let free joints gain whole turns, with cyclic: modulo"
         if failure is not None:
             reason = f"the best of {len(self.optima)} optima does not hold between its collocation points: {failure}"
         elif self.tried:
@@ -314,7 +327,7 @@ class _Search:
             reason = "no posture inside the joint limits that holds the tool at the end of the path was found"
         raise NothingFeasibleError(
             f"{reason} ({stopped})",
-            "give more starts, another seed, or an initial planner",
+            remedy,
             self.iterations,
             1.0 - self.furthest,
         )

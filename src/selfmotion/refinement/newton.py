@@ -16,6 +16,7 @@ iteration costs O(n).
 from __future__ import annotations
 
 import copy
+import time
 from typing import NamedTuple
 
 import numpy as np
@@ -49,7 +50,7 @@ class Minimum(NamedTuple):
     cost : float
     iterations : int
     converged : bool
-        Whether the Newton decrement is below what was asked for; else iterations ran out, or nothing more is gained.
+        Whether the Newton decrement is below what was asked for; else iterations or time ran out, or nothing is gained.
     """
 
     c: FloatArray
@@ -234,6 +235,7 @@ def minimise(
     tolerance: float = 1e-10,
     mu: float = 1e-2,
     most: int = 200,
+    deadline: float = np.inf,
 ) -> Minimum | None:
     """Find the motion of least cost near a given one.
 
@@ -248,6 +250,8 @@ def minimise(
         First weight of the barrier.
     most : int
         Largest number of iterations.
+    deadline : float
+        Time of :func:`time.perf_counter` after which no further iteration is begun.
 
     Returns
     -------
@@ -262,6 +266,8 @@ def minimise(
     least = floor / barrier.count if barrier.count else mu
     radius = 1.0
     for iteration in range(most):
+        if time.perf_counter() > deadline:
+            break
         iterate = _Iterate(problem, barrier, c, mu)
         while iterate.decrement <= max(floor, 0.1 * mu if barrier.count else 0.0):
             if mu <= least:
