@@ -32,12 +32,15 @@ class Smoothed(NamedTuple):
         Diagonal of the Hessian.
     times : callable
         The Hessian times vectors (k, n).
+    majorant : array, shape (k, n)
+        Diagonal of a matrix above the Hessian that does not vanish away from kinks.
     """
 
     value: FloatArray
     gradient: FloatArray
     diagonal: FloatArray
     times: Callable[[FloatArray], FloatArray]
+    majorant: FloatArray
 
 
 class Objective(ABC):
@@ -185,14 +188,16 @@ class L2Travel(Objective):
         def times(v: FloatArray) -> FloatArray:
             return np.asarray((squares * v - gradient * (gradient * v).sum(axis=1, keepdims=True)) / value)
 
-        return Smoothed(value[:, 0], gradient, (squares - gradient * gradient) / value, times)
+        return Smoothed(value[:, 0], gradient, (squares - gradient * gradient) / value, times, squares / value)
 
 
 def _rounded_modulus(rates: FloatArray, weights: FloatArray, width: float) -> Smoothed:
     """Return ``Σ w_i √(width² + θ_i'²)`` with its derivatives."""
     length = np.sqrt(width * width + rates * rates)
-    diagonal = weights * (width * width) / length**3
-    return Smoothed(length @ weights, weights * rates / length, diagonal, lambda v: np.asarray(diagonal * v))
+    diagonal = weights * (width / length) ** 2 / length
+    return Smoothed(
+        length @ weights, weights * rates / length, diagonal, lambda v: np.asarray(diagonal * v), weights / length
+    )
 
 
 OBJECTIVES: dict[str, type[Objective]] = {objective.kind: objective for objective in (JointTravel, L1Travel, L2Travel)}

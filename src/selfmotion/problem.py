@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from selfmotion._checks import angles, choice, finite_array, integer, read_only
 from selfmotion._types import FloatArray
+from selfmotion.angles import wrap
 from selfmotion.arms import RedundantArm
 from selfmotion.domain import DomainStructure, angle_domain, blocked_at, out_of_reach
 from selfmotion.errors import InvalidInputError
@@ -99,6 +100,7 @@ class Problem:
         self._check_reach()
         self.start = self._posture("start", start, 0.0)
         self.end = self._posture("end", end, 1.0)
+        self._check_closure()
 
     def __repr__(self) -> str:
         return f"Problem({self.arm!r}, {self.path!r}, elbow={self.elbow!r}, objective={self.objective.kind!r})"
@@ -147,6 +149,18 @@ class Problem:
                 f"{self.arm.reach:.6g}, can get to",
                 "are the units of arm and path the same?",
             )
+
+    def _check_closure(self) -> None:
+        """Refuse a cyclic motion whose given ends are not the same posture."""
+        if not self.cyclic or self.start is None or self.end is None:
+            return
+        apart = np.abs(wrap(self.end.u - self.start.u)).max()
+        if self.start.q is not None and self.end.q is not None:
+            steps = self.arm.limits.steps if self.cyclic == "modulo" else np.subtract
+            apart = np.abs(steps(self.end.q, self.start.q)).max()
+        if apart > _ON_PATH:
+            reason = f"differs from start by {apart:.6g} rad, and a cyclic motion ends where it starts"
+            raise InvalidInputError("end", reason, "leave one of the two out, or set cyclic: false")
 
     def _posture(self, name: str, given: ArrayLike | Mapping[str, Any] | None, r: float) -> Posture | None:
         if given is None:

@@ -22,15 +22,30 @@ def test_the_boxes_are_the_angles_inside_the_limits_with_that_elbow(elbow):
         assert all(low <= box.lower[1] <= box.upper[1] <= high for box in boxes)
 
 
-@pytest.mark.parametrize("limits", [None, (None, None), (1.0, None), (None, 1.0), (np.pi, None), (-np.pi, None)])
-def test_a_joint_that_may_turn_on_is_given_one_whole_half_turn(limits):
+@pytest.mark.parametrize("limits", [None, (None, None)])
+def test_a_free_joint_is_given_the_half_turn_that_is_asked_for(limits):
     arm = sm.PlanarArm([1, 1, 1], [None, limits, None])
     for elbow, sign in (("positive", 1), ("negative", -1)):
-        (box,) = arm.boxes(elbow)
-        assert box.upper[1] - box.lower[1] == pytest.approx(np.pi)
-        assert sign * np.sin(0.5 * (box.lower[1] + box.upper[1])) == pytest.approx(1.0)
-        assert arm.limits.lower[1] <= box.lower[1]
-        assert box.upper[1] <= arm.limits.upper[1]
+        for around in (0.0, 1.5, -1.5, 2 * np.pi + 1.5, 40.0):
+            (box,) = arm.boxes(elbow, around)
+            assert box.upper[1] - box.lower[1] == pytest.approx(np.pi)
+            middle = 0.5 * (box.lower[1] + box.upper[1])
+            assert sign * np.sin(middle) == pytest.approx(1.0)
+            assert abs(middle - around) <= np.pi + 1e-12
+
+
+@pytest.mark.parametrize("limits", [(1.0, None), (None, 1.0), (np.pi, None), (-np.pi, None), (-1e30, 1e30)])
+def test_many_half_turns_are_those_around_an_angle(limits):
+    arm = sm.PlanarArm([1, 1, 1], [None, limits, None])
+    lower, upper = arm.limits.lower[1], arm.limits.upper[1]
+    for elbow, sign in (("positive", 1), ("negative", -1)):
+        for around in (np.clip(0.0, lower, upper), np.clip(20.0, lower, upper)):
+            boxes = arm.boxes(elbow, float(around))
+            angles = np.linspace(max(lower, around - 9), min(upper, around + 9), 1000)
+            inside = [((angles >= box.lower[1]) & (angles <= box.upper[1])) for box in boxes]
+            clear = np.abs(np.sin(angles)) > 1e-12
+            assert (np.any(inside, axis=0) == (sign * np.sin(angles) >= 0))[clear].all()
+            assert len(boxes) <= 8
 
 
 def test_any_elbow_is_the_limits_themselves():

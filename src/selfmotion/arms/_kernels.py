@@ -78,8 +78,8 @@ def planar_rates(
     with np.errstate(divide="ignore", invalid="ignore"):
         dq[..., 1] = -(wx * vx + wy * vy) / (l1 * l2 * front.sin2)
         dq[..., 0] = (wx * vy - wy * vx - (l2 * l2 + l1 * l2 * front.cos2) * dq[..., 1]) / front.d2
-    before = dq[..., 0] + dq[..., 1]
-    for j in range(2, n):
-        dq[..., j] = du[..., j - 2] - before
-        before = du[..., j - 2]
+        before = dq[..., 0] + dq[..., 1]
+        for j in range(2, n):
+            dq[..., j] = du[..., j - 2] - before
+            before = du[..., j - 2]
     return dq

@@ -20,6 +20,7 @@ MOST_RATIO = 1e12
 # Distance beyond reach that rounding of x alone explains; postures within it are stretched onto the fold.
 _REACH_ROUNDING = 1e-13
 _SIGNS = (1.0, -1.0)
+_MOST_HALF_TURNS = 8
 
 
 class PlanarArm:
@@ -320,35 +321,36 @@ class PlanarArm:
         sign = _SIGNS[branch_index(self.branches, branch)]
         return np.asarray(sign * np.sin(self._joints(q)[..., 1]) >= -tolerance)
 
-    def boxes(self, elbow: str = "any") -> list[JointBox]:
+    def boxes(self, elbow: str = "any", around: float = 0.0) -> list[JointBox]:
         """Return the joint limits, narrowed to one elbow: to half turns of joint 2.
 
         Parameters
         ----------
         elbow : {"any", "positive", "negative"}
+        around : float
+            Angle of joint 2 [rad] near which half turns are wanted, if there are many.
 
         Returns
         -------
         list of JointBox
-            One per half turn inside the limits; postures in it have the elbow, folds included.
+            One per half turn inside the limits, the nearest eight, the nearest first; postures in it have the elbow,
+            folds included. A free joint 2 has one, as its whole turns do not matter.
         """
         whole = JointBox(self.limits.lower, self.limits.upper)
         if elbow == "any":
             return [whole]
-        half = 0.0 if _SIGNS[branch_index(self.branches, elbow)] > 0 else -np.pi
         low, high = whole.lower[1], whole.upper[1]
-        first, last = np.floor((low - half) / TAU), np.floor((high - half) / TAU)
-        if not np.isfinite(
-            [first, last]
-        ).all():  # whole turns are free on one side at least: one of them stands for all
-            first = last = 0.0 if np.isinf([low, high]).all() else (first + 1 if np.isfinite(first) else last - 1)
+        middle = 0.5 * np.pi * _SIGNS[branch_index(self.branches, elbow)]
+        nearest = np.rint((np.clip(around, low, high) - middle) / TAU)
+        count = 1 if np.isinf([low, high]).all() else _MOST_HALF_TURNS
         found = []
-        for turn in np.arange(first, last + 1):
+        for turn in sorted(nearest + np.arange(-count, count + 1), key=lambda turn: abs(turn - nearest)):
             box = JointBox(whole.lower.copy(), whole.upper.copy())
-            box.lower[1], box.upper[1] = max(low, half + TAU * turn), min(high, half + TAU * turn + np.pi)
+            box.lower[1] = max(low, middle + TAU * turn - 0.5 * np.pi)
+            box.upper[1] = min(high, middle + TAU * turn + 0.5 * np.pi)
             if box.lower[1] <= box.upper[1]:
                 found.append(box)
-        return found
+        return found[:count]
 
     def line(self, u0: ArrayLike, direction: ArrayLike) -> PlanarLine:
         """Return the one-parameter self-motion u(s) = u0 + s·direction.

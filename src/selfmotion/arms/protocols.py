@@ -160,8 +160,8 @@ class RedundantArm(Protocol):
         """Return the change of :meth:`jacobian` along dq, shape (..., tasks, n)."""
         ...
 
-    def boxes(self, elbow: str = "any") -> list[JointBox]:
-        """Return the joint limits, narrowed to one elbow."""
+    def boxes(self, elbow: str = "any", around: float = 0.0) -> list[JointBox]:
+        """Return the joint limits, narrowed to one elbow, in several pieces if it has them."""
         ...
 
     def task_residual(self, q: ArrayLike, x: ArrayLike) -> FloatArray:

@@ -257,7 +257,7 @@ def refuse_what_modules_cannot_keep(problem: Problem, kind: str) -> None:
 def allowed_elbows(limits: JointLimits) -> list[int]:
     """Return the branches that the limits of a module's middle joint leave a stretch of."""
     lower, upper = limits.lower[1], limits.upper[1]
-    if not (np.isfinite(lower) and np.isfinite(upper)):
+    if upper - lower >= TAU:
         return [0, 1]
     turns = TAU * np.arange(np.floor(lower / TAU) - 1, np.ceil(upper / TAU) + 1)
     # sin θ2 > 0 on (0, π), sin θ2 < 0 on (π, 2π), up to whole turns.

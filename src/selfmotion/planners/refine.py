@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NoReturn, Self
 
 import numpy as np
@@ -26,6 +26,9 @@ from selfmotion.verification import Failure, verify_motion
 _COARSE = 48  # spans that starts are compared on
 _MOST_SPANS = 400
 _MOST_CORNERS = 48
+_JUST_BEFORE = 1e-9  # a corner, in r
+_LOOKED_AT = 400  # parts of the path that an initial planner's motion is looked at
+_FOLLOWERS = (8, 64)  # least and most postures led along the path at once
 _LEVELS = 8
 _REFINED = 3  # optima that are refined to the end, at most
 _CAUTION = 10.0  # times as much as refinement changed one cost it may change another
@@ -34,7 +37,8 @@ _CAUTION_WITH_KINKS = 0.3  # what rounding off a kink changes, it changes of all
 _SAME_COST = 1e-4
 _SAME_ANGLE = 0.05
 _COMPARED_AT = np.linspace(0.0, 1.0, 65)
-# Rounding of the objectives' kinks on the coarse level, and what each finer level makes of it.
+# Rounding of the objectives' kinks on the coarse level, as a part of the path's length by the arm's reach, which is
+# about how fast joints move; and what each finer level makes of it.
 _WIDTH = 0.1
 _NARROWER = 0.25
 _NARROWEST = 3e-4
@@ -51,7 +55,7 @@ class _Optimum:
     collocation: Collocation
     c: FloatArray
     cost: float
-    found: int = 1
+    found: int
 
     @property
     def coefficients(self) -> FloatArray:
@@ -70,8 +74,9 @@ class _Optimum:
         if abs(self.cost - other.cost) > _SAME_COST * abs(self.cost):
             return False
         mine, theirs = (o.collocation.space.spline(o.coefficients)(_COMPARED_AT) for o in (self, other))
-        steps = self.collocation.arm.limits.steps(mine, theirs)
-        return bool(np.abs(steps).max() <= _SAME_ANGLE)
+        steps = theirs - mine
+        # Shifted by whole turns a motion costs the same.
+        return bool(np.abs(steps - TAU * np.rint(steps[0] / TAU)).max() <= _SAME_ANGLE)
 
 
 class Refine(Planner):
@@ -151,6 +156,7 @@ class _Search:
         self.tried = self.ended = self.iterations = 0
         self.furthest = 0.0
         self.initial: dict[str, Any] | None = None
+        self._scale = float(problem.weights.max())  # the solver's weights are 1 at most
 
     def plan(self) -> Plan:
         problem = self.problem
@@ -158,21 +164,33 @@ class _Search:
         if blocked:
             raise InfeasibleError(blocked)
         stopped = self._search()
+        best, failure = self._best()
+        if best is None:
+            self._give_up(stopped, failure)
+        parameters = {"coefficients": best.collocation.space.m, **self._parameters(stopped)}
+        seconds = time.perf_counter() - self.began
+        return Plan(problem, best.motion, self.planner.kind, parameters, self.iterations, seconds)
+
+    def _best(self) -> tuple[_Optimum | None, Failure | None]:
+        """Refine the optima that could turn out to be the best, and return the best that holds; or why one does not."""
+        self.optima.sort(key=lambda optimum: optimum.cost)
+        best: _Optimum | None = None
         failure: Failure | None = None
-        for optimum in self._best_refined():
-            motion = optimum.motion
-            check = verify_motion(problem, motion)
-            failure = failure or (None if check.holds else check.failures[0])
-            if check.holds:
-                return Plan(
-                    problem,
-                    motion,
-                    self.planner.kind,
-                    self._parameters(optimum, stopped),
-                    self.iterations,
-                    time.perf_counter() - self.began,
-                )
-        self._give_up(stopped, failure)
+        shift = 0.0  # what refinement has changed of a cost so far
+        caution = _CAUTION_WITH_KINKS if self.problem.objective.has_kinks else _CAUTION
+        for k, optimum in enumerate(self.optima):
+            if best is not None and (k >= _REFINED or optimum.cost - caution * shift > best.cost):
+                break
+            finer = self._refined(optimum)
+            shift = max(shift, abs(finer.cost - optimum.cost))
+            self.optima[k] = finer
+            check = verify_motion(self.problem, finer.motion)
+            if check.holds and (best is None or finer.cost < best.cost):
+                best = finer
+            elif not check.holds:
+                failure = failure or check.failures[0]
+        self.optima.sort(key=lambda optimum: optimum.cost)
+        return best, failure
 
     def _search(self) -> str:
         """Refine starts on the coarse level until the optima are likely all seen; return why it stopped."""
@@ -186,7 +204,7 @@ class _Search:
             self.furthest = max(self.furthest, start.reached)
             self._add(start, space)
             if self._hardly_one_is_unseen():
-                seen = f"{len(self.optima)} {'optimum' if len(self.optima) == 1 else 'optima'}"
+                seen = "1 optimum" if self._seen == 1 else f"{self._seen} optima"
                 return f"{self.ended} starts ended in {seen}, and less than half a one is expected to be unseen"
             if self.progress is not None:
                 best = min((optimum.cost for optimum in self.optima), default=np.inf)
@@ -195,45 +213,60 @@ class _Search:
 
     def _hardly_one_is_unseen(self) -> bool:
         """Return whether fewer than half an optimum is expected unseen (Boender, Rinnooy Kan 1987)."""
-        w, n = len(self.optima), self.ended
+        w, n = self._seen, self.ended
         return n > w + 2 and w * (n - 1) / (n - w - 2) < w + 0.5
+
+    @property
+    def _seen(self) -> int:
+        """How many optima starts ended in, without those where the iterations ran out."""
+        return sum(optimum.found > 0 for optimum in self.optima)
 
     def _starts(self) -> Iterator[Start]:
         if self.planner.initial is not None:
             yield from self._initial_start(self.planner.initial)
-        yield from random_starts(self.problem, np.random.default_rng(self.planner.seed))
+        followers = int(np.clip(2 * self.planner.starts, *_FOLLOWERS))
+        yield from random_starts(self.problem, np.random.default_rng(self.planner.seed), followers)
 
     def _initial_start(self, planner: Planner) -> Iterator[Start]:
         """Yield the initial planner's motion; what it cannot keep of the ends is added to it."""
         free = copy.copy(self.problem)
         free.end, free.cyclic = None, False
         try:
-            try:
-                plan = planner.plan(free)
-            except InvalidInputError as error:
-                if error.field != "start":
-                    raise error.inside("planner.initial") from None
-                free.start = None
-                plan = planner.plan(free)
+            plan = self._planned(planner, free)
         except NothingFeasibleError as error:
             self.initial = {"kind": planner.kind, "failed": error.message}
             return
         self.initial = {"kind": planner.kind, "cost": plan.cost, **plan.parameters}
-        yield start_from(self.problem, plan(self.problem.grid), self.problem.grid)
+        r = self.problem.path.grid(_LOOKED_AT)
+        yield start_from(self.problem, plan(r), r)
+
+    @staticmethod
+    def _planned(planner: Planner, problem: Problem) -> Plan:
+        """Plan with the initial planner, without the start if it cannot keep one."""
+        try:
+            return planner.plan(problem)
+        except InvalidInputError as error:
+            if error.field == "start":
+                problem.start = None
+                return planner.plan(problem)
+            raise InvalidInputError(
+                "planner.initial", f"cannot plan this problem: {error.field} {error.reason}", error.remedy
+            ) from None
 
     def _corners(self) -> FloatArray:
         """Return where the path turns sharply, so that knots are put there: the sharpest corners if there are many."""
         path, breaks = self.problem.path, self.problem.path.breaks
         if not len(breaks):
             return breaks
-        step = 1e-9
-        turn = np.linalg.norm(path(breaks, 1) - path(breaks - step, 1), axis=1)
+        before = np.maximum(breaks - _JUST_BEFORE, 0.0)
+        turn = np.linalg.norm(path(breaks, 1) - path(before, 1), axis=1)
         return np.sort(breaks[np.argsort(-turn, kind="stable")[:_MOST_CORNERS]])
 
     def _collocation(self, start: Start, space: SplineSpace, width: float) -> Collocation:
-        problem = self.problem
+        problem, weights = self.problem, self.problem.weights / self._scale
+        rate = problem.path.length / problem.arm.reach
         return Collocation(
-            problem.arm, problem.path, problem.objective, problem.weights, start.box, space, start.ends, width
+            problem.arm, problem.path, problem.objective, weights, start.box, space, start.ends, width * rate
         )
 
     def _add(self, start: Start, space: SplineSpace) -> None:
@@ -246,29 +279,14 @@ class _Search:
             return
         self.iterations += minimum.iterations
         self.ended += minimum.converged
-        optimum = _Optimum(start, collocation, minimum.c, minimum.cost)
-        for known in self.optima:
+        cost = minimum.cost * self._scale
+        optimum = _Optimum(start, collocation, minimum.c, cost, found=int(minimum.converged))
+        for k, known in enumerate(self.optima):
             if known.is_same(optimum):
-                known.found += 1
-                if optimum.cost < known.cost:
-                    known.collocation, known.c, known.cost, known.start = collocation, minimum.c, minimum.cost, start
+                found = known.found + optimum.found
+                self.optima[k] = replace(optimum if cost < known.cost else known, found=found)
                 return
         self.optima.append(optimum)
-
-    def _best_refined(self) -> list[_Optimum]:
-        """Refine the best optima, as many as could turn out to be the best, and return them in order."""
-        self.optima.sort(key=lambda optimum: optimum.cost)
-        refined: list[_Optimum] = []
-        shift = 0.0  # what refinement has changed of a cost so far
-        caution = _CAUTION_WITH_KINKS if self.problem.objective.has_kinks else _CAUTION
-        for optimum in self.optima[:_REFINED]:
-            if refined and optimum.cost - shift * caution > min(other.cost for other in refined):
-                break
-            refined.append(self._refined(optimum))
-            shift = max(shift, abs(refined[-1].cost - optimum.cost))
-        refined.sort(key=lambda optimum: optimum.cost)
-        self.optima[: len(refined)] = refined
-        return refined
 
     def _refined(self, optimum: _Optimum) -> _Optimum:
         """Return an optimum on knots so fine that the cost no longer changes, or as fine as time allows."""
@@ -294,7 +312,7 @@ class _Search:
             if minimum is None:
                 break
             self.iterations += minimum.iterations
-            optimum = _Optimum(optimum.start, collocation, minimum.c, minimum.cost, optimum.found)
+            optimum = _Optimum(optimum.start, collocation, minimum.c, minimum.cost * self._scale, optimum.found)
         optimum.cost = self._cost_of(optimum.motion)
         return optimum
 
@@ -304,9 +322,8 @@ class _Search:
         rates = motion.rates(space.nodes)
         return float(space.weights @ self.problem.objective.chord(rates, np.ones(len(rates)), self.problem.weights))
 
-    def _parameters(self, optimum: _Optimum, stopped: str) -> dict[str, Any]:
+    def _parameters(self, stopped: str) -> dict[str, Any]:
         return {
-            "coefficients": optimum.collocation.space.m,
             "starts": self.tried,
             "ended": self.ended,
             "stopped": stopped,
@@ -316,15 +333,21 @@ class _Search:
         }
 
     def _give_up(self, stopped: str, failure: Failure | None) -> NoReturn:
-        remedy = "give more starts, another seed, or an initial planner"
-        if self.problem.cyclic == "exact" and not self.problem.arm.limits.limited.all():
+        problem, remedy = self.problem, "give more starts, another seed, or an initial planner"
+        if problem.cyclic == "exact" and not problem.arm.limits.limited.all():
             remedy += "; or let free joints gain whole turns, with cyclic: modulo"
         if failure is not None:
-            reason = f"the best of {len(self.optima)} optima does not hold between its collocation points: {failure}"
-        elif self.tried:
+            reason = f"the best of {len(self.optima)} motions does not hold between its collocation points: {failure}"
+        elif not self.tried:
+            given = " and ".join(name for name in ("start", "end") if getattr(problem, name) is not None)
+            what = (
+                f"the given {given} cannot be had" if given else "no posture that holds the tool on the path was found"
+            )
+            reason, remedy = f"{what} inside the joint limits", "widen the limits, or move the path"
+        elif self.furthest < 1.0:
             reason = f"none of {self.tried} starts could be led along the path; the best got to r = {self.furthest:.4g}"
         else:
-            reason = "no posture inside the joint limits that holds the tool at the end of the path was found"
+            reason = f"none of {self.tried} starts could be bent to keep task, limits and ends"
         raise NothingFeasibleError(
             f"{reason} ({stopped})",
             remedy,

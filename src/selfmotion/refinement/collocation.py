@@ -145,9 +145,10 @@ class Collocation:
         folded = self._fold(np.swapaxes(self._fold(full), 1, 2))
         return np.swapaxes(folded, 1, 2) + mass * self._mass
 
-    def curvature(self, density: Smoothed, direction: FloatArray) -> FloatArray:
-        """Return the Hessian of :meth:`cost` times `direction` (n, f)."""
-        return self._gather(density.times(self._slopes @ direction.T))
+    def curvature(self, density: Smoothed, direction: FloatArray, more: FloatArray | float = 0.0) -> FloatArray:
+        """Return the Hessian of :meth:`cost` times `direction` (n, f), with `more` (g, n) on the density's diagonal."""
+        rates = self._slopes @ direction.T
+        return self._gather(density.times(rates) + more * rates)
 
     def at_points(self, matrices: FloatArray) -> FloatArray:
         """Return ``C M Cᵀ`` for symmetric matrices M (n, f, f), C being :attr:`values`; shape (n, k, k)."""

@@ -14,6 +14,8 @@ _TO_LIMIT = 0.9
 _BOLDEST = 0.4
 _ON_TASK = 1e-9
 _CORRECTIONS = 6
+_HALVINGS = 5  # of a step that is too large
+_DAMPING = 1e-13  # part of the trace of J D Jᵀ
 
 
 def followed(
@@ -42,17 +44,37 @@ def followed(
     """
     motions = np.empty((len(q), len(r), arm.n))
     motions[:, 0] = q
-    reached, going = np.full(len(q), r[0]), np.ones(len(q), dtype=bool)
+    reached, going = np.full(len(q), r[0]), np.arange(len(q))
     for k in range(1, len(r)):
         motions[:, k] = motions[:, k - 1]
-        moved, ok = on_task(arm, path(r[k]), box, motions[going, k - 1], drift[going] * (r[k] - r[k - 1]), _CORRECTIONS)
-        index = np.flatnonzero(going)[ok]
-        motions[index, k], reached[index] = moved[ok], r[k]
-        going[np.flatnonzero(going)[~ok]] = False
-        if not going.any():
+        moved, ok = _moved(arm, path, box, motions[going, k - 1], drift[going], r[k - 1], r[k], _HALVINGS)
+        going = going[ok]
+        motions[going, k], reached[going] = moved[ok], r[k]
+        if not len(going):
             motions[:, k:] = motions[:, k - 1 : k]
             break
     return motions, reached
+
+
+def _moved(
+    arm: RedundantArm,
+    path: Path,
+    box: JointBox,
+    q: FloatArray,
+    drift: FloatArray,
+    start: float,
+    stop: float,
+    halvings: int,
+) -> tuple[FloatArray, BoolArray]:
+    """Lead postures from r = start to stop, in smaller steps where one is too large; return which arrived."""
+    moved, ok = on_task(arm, path(stop), box, q, drift * (stop - start), _CORRECTIONS)
+    if halvings and not ok.all():
+        middle, left = 0.5 * (start + stop), np.flatnonzero(~ok)
+        half, there = _moved(arm, path, box, q[left], drift[left], start, middle, halvings - 1)
+        left, half = left[there], half[there]
+        if len(left):
+            moved[left], ok[left] = _moved(arm, path, box, half, drift[left], middle, stop, halvings - 1)
+    return moved, ok
 
 
 def on_task(
@@ -92,7 +114,7 @@ def on_task(
         lack = arm.task_residual(q, x) - (jacobian @ wish[:, :, None])[:, :, 0]
         square = weighted @ np.swapaxes(jacobian, 1, 2)
         size = np.trace(square, axis1=1, axis2=2)[:, None, None]
-        damped = square + 1e-9 * np.maximum(size, 1e-6 * arm.reach**2) * np.eye(square.shape[1])
+        damped = square + _DAMPING * np.maximum(size, 1e-6 * arm.reach**2) * np.eye(square.shape[1])
         step = wish + (np.swapaxes(weighted, 1, 2) @ np.linalg.solve(damped, lack[:, :, None]))[:, :, 0]
         speed = np.where(step < 0, -step, step)
         way = np.where(step < 0, below, above)

@@ -32,12 +32,14 @@ _TO_LIMIT = 0.99
 # Largest change of a joint in one step towards the task [rad], where the task is far from linear.
 _BOLDEST = 0.5
 _MASS = 1.0
+_DAMPING = 0.1  # part of the majorant of a density with kinks that its Hessian is given
 _INNER = 80
 _CORRECTIONS = 12
 _SHRINK = 0.15  # of μ
 _NOISE = 1e-14  # part of the cost that is rounding
 _STUCK = 1e-9  # radius of the trust region below which nothing more is gained
 _EDGE = 1e-3  # a start that leaves the limits is moved inside by this part of their width
+_LEAST_EDGE = 1e-10  # but by no less than this, unless they leave less room [rad]
 
 
 class Minimum(NamedTuple):
@@ -184,9 +186,11 @@ class _Iterate:
     def __init__(self, problem: Collocation, barrier: _Barrier, c: FloatArray, mu: float) -> None:
         self.problem = problem
         self._density = problem.density(c)
+        # Beside a kink the density is all but linear: Newton's steps would be far too long there.
+        self._damping = _DAMPING * self._density.majorant if problem.objective.has_kinks else np.zeros(1)
         self._limits = barrier.curvature(c)
         self._q = problem.postures(c)
-        stiff = problem.stiffness(self._density.diagonal, _MASS * float(problem.weights.max()))
+        stiff = problem.stiffness(self._density.diagonal + self._damping, _MASS * float(problem.weights.max()))
         self.linear = _Linear(problem, self._q, _with_diagonal(stiff, self._limits))
         slope = problem.gradient(self._density) + barrier.gradient(c, mu)
         self._multipliers = self.linear.multipliers(self.linear.solve(slope))
@@ -198,7 +202,7 @@ class _Iterate:
         values = self.problem.values
         bent = self.problem.arm.jacobian_rate(self._q, values @ d.T)
         task = (bent * self._multipliers[:, :, None]).sum(axis=1).T @ values
-        return self.problem.curvature(self._density, d) + self._limits * d - task
+        return self.problem.curvature(self._density, d, self._damping) + self._limits * d - task
 
     def promised(self, step: FloatArray) -> float:
         """Return by how much the model falls along `step`."""
@@ -304,7 +308,8 @@ def _inside(problem: Collocation, c: FloatArray) -> FloatArray:
     lower, upper = problem.box.lower[:, None], problem.box.upper[:, None]
     with np.errstate(invalid="ignore"):
         width = np.where(np.isfinite(upper - lower), upper - lower, 1.0)
-    return np.clip(c, lower + _EDGE * width, upper - _EDGE * width)
+    edge = np.minimum(0.5 * width, np.maximum(_EDGE * width, _LEAST_EDGE))
+    return np.clip(c, lower + edge, upper - edge)
 
 
 def _to_task(problem: Collocation, c: FloatArray, mu: float, most: int = 60) -> FloatArray | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from selfmotion._types import FloatArray, IntArray
-from selfmotion.angles import TAU
+from selfmotion.angles import TAU, nearest_turn
 from selfmotion.arms import JointBox
 from selfmotion.paths import Reversed
 from selfmotion.problem import Posture, Problem
@@ -16,12 +16,14 @@ from selfmotion.refinement.follow import followed, on_task
 from selfmotion.refinement.spline import Ends
 
 _STEPS = 200
-_POOL = 64  # postures led along the path at once
+_LEAST_POOL = 8  # postures led along the path at once inside one box
 _TRIES = 8  # pools that may be drawn before the search for starts is given up
 _INSIDE = 0.02  # of a joint's range: where followers start that should start on a limit
 _LOCKED = 5e-10  # half-width given to a joint whose limits leave it none [rad]
 _DRIFT = 3.0  # standard deviation of the random self-motion, at most [rad along the path]
 _MOST_TURNS = 4
+_MOST_POSTURES = 64
+_SAME_POSTURE = 1e-6  # as two fixed ends of a cyclic motion [rad]
 _ON_LIMIT = 1e-9  # a posture may be given on a limit up to rounding [rad]
 
 
@@ -50,22 +52,27 @@ class Start:
 
 def boxes_of(problem: Problem) -> list[JointBox]:
     """Return the joint limits by elbow, each joint with room to move: a locked one is given ±5e-10 rad."""
+    given = next((p.q[1] for p in (problem.start, problem.end) if p is not None and p.q is not None), 0.0)
     found = []
-    for box in problem.arm.boxes(problem.elbow):
+    for box in problem.arm.boxes(problem.elbow, float(given)):
         locked = box.upper - box.lower < 2 * _LOCKED
-        found.append(
-            JointBox(np.where(locked, box.lower - _LOCKED, box.lower), np.where(locked, box.upper + _LOCKED, box.upper))
+        lower, upper = (
+            np.where(locked, box.lower - _LOCKED, box.lower),
+            np.where(locked, box.upper + _LOCKED, box.upper),
         )
+        found.append(JointBox(lower, upper))
     return found
 
 
-def random_starts(problem: Problem, rng: np.random.Generator) -> Iterator[Start]:
+def random_starts(problem: Problem, rng: np.random.Generator, count: int = 64) -> Iterator[Start]:
     """Yield motions to start from, those that could be led along the whole path first.
 
     Parameters
     ----------
     problem : Problem
     rng : Generator
+    count : int
+        Postures led along the path at once; more follow when these are used up.
 
     Yields
     ------
@@ -82,9 +89,8 @@ def random_starts(problem: Problem, rng: np.random.Generator) -> Iterator[Start]
     for pool in range(_TRIES):
         whole: list[Start] = []
         for box in boxes:
-            starts = fixed_postures(problem, problem.start, 0.0, box)
-            ends = fixed_postures(problem, problem.end, 1.0, box)
-            for start in _pool(problem, rng, box, starts, ends, pool == 0):
+            starts, ends = fixed_ends(problem, box)
+            for start in _pool(problem, rng, box, starts, ends, max(count // len(boxes), _LEAST_POOL), pool == 0):
                 (whole if start.reached == 1.0 else broken).append(start)
         yield from (whole[k] for k in _mixed(rng, len(whole)))
     broken.sort(key=lambda start: -start.reached)
@@ -109,8 +115,7 @@ def start_from(problem: Problem, q: FloatArray, r: FloatArray) -> Start:
     """
     excess = [np.maximum(np.maximum(box.lower - q, q - box.upper), 0.0).sum() for box in boxes_of(problem)]
     box = boxes_of(problem)[int(np.argmin(excess))]
-    starts = fixed_postures(problem, problem.start, 0.0, box)
-    ends = fixed_postures(problem, problem.end, 1.0, box)
+    starts, ends = fixed_ends(problem, box)
     q = problem.arm.limits.continuous(q)
     start, end = _nearest(problem, q[0], starts) if starts else None, _nearest(problem, q[-1], ends) if ends else None
     return _with_ends(problem, box, r, q, 1.0, start, end)
@@ -121,7 +126,20 @@ def _mixed(rng: np.random.Generator, count: int) -> IntArray:
     return np.concatenate([np.arange(min(count, 1)), 1 + rng.permutation(max(count - 1, 0))])
 
 
-def fixed_postures(problem: Problem, posture: Posture | None, r: float, box: JointBox) -> list[FloatArray]:
+def fixed_ends(problem: Problem, box: JointBox) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Return the postures inside a box that a motion may begin and end with; none at an end that is not fixed.
+
+    Those of a cyclic motion are the same, its end being fixed by its start.
+    """
+    starts = _fixed_postures(problem, problem.start, 0.0, box)
+    ends = _fixed_postures(problem, problem.end, 1.0, box)
+    if problem.cyclic and problem.start is not None and problem.end is not None:
+        limits = problem.arm.limits
+        starts = [s for s in starts if any(np.abs(limits.steps(s, e)).max() < _SAME_POSTURE for e in ends)]
+    return starts, ends
+
+
+def _fixed_postures(problem: Problem, posture: Posture | None, r: float, box: JointBox) -> list[FloatArray]:
     """Return the joint angles inside a box that a fixed posture may mean, none if it is not fixed.
 
     Given by its redundancy vector, it has one posture per elbow, and a limited joint may be at it in several turns.
@@ -132,19 +150,23 @@ def fixed_postures(problem: Problem, posture: Posture | None, r: float, box: Joi
         candidates = [posture.q]
     else:
         solved = [problem.arm.solve(problem.path(r), posture.u, branch) for branch in problem.elbow_branches]
-        candidates = [turned for q, ok in solved if ok for turned in _turned(q, box)]
+        candidates = [turned for q, ok in solved if ok for turned in _turned(problem, q, box)]
+    # A free joint's box is a half turn at most, and which one does not matter.
+    half_turn = ~problem.arm.limits.limited & np.isfinite(box.lower)
+    middle = 0.5 * (np.where(half_turn, box.lower, 0.0) + np.where(half_turn, box.upper, 0.0))
+    candidates = [np.where(half_turn, nearest_turn(q, middle), q) for q in candidates]
     inside = [((q >= box.lower - _ON_LIMIT) & (q <= box.upper + _ON_LIMIT)).all() for q in candidates]
     return [np.clip(q, box.lower, box.upper) for q, ok in zip(candidates, inside, strict=True) if ok]
 
 
-def _turned(q: FloatArray, box: JointBox) -> list[FloatArray]:
-    """Return q with its limited joints in every turn that their limits allow, the fewest turns first."""
+def _turned(problem: Problem, q: FloatArray, box: JointBox) -> list[FloatArray]:
+    """Return q with its limited joints in the turns that a box allows, those nearest to zero first."""
     found = [q]
-    for j in np.flatnonzero(np.isfinite(box.lower) | np.isfinite(box.upper)):
-        turns = sorted(range(-_MOST_TURNS, _MOST_TURNS + 1), key=abs)
-        angles = [q[j] + TAU * turn for turn in turns]
+    for j in np.flatnonzero(problem.arm.limits.limited):
+        middle = np.rint((np.clip(0.0, box.lower[j], box.upper[j]) - q[j]) / TAU)
+        angles = sorted(q[j] + TAU * (middle + np.arange(-_MOST_TURNS, _MOST_TURNS + 1)), key=abs)
         inside = [angle for angle in angles if box.lower[j] - _ON_LIMIT <= angle <= box.upper[j] + _ON_LIMIT]
-        found = [np.concatenate([p[:j], [angle], p[j + 1 :]]) for p in found for angle in inside][:_POOL]
+        found = [np.concatenate([p[:j], [angle], p[j + 1 :]]) for p in found for angle in inside][:_MOST_POSTURES]
     return found
 
 
@@ -154,6 +176,7 @@ def _pool(
     box: JointBox,
     starts: list[FloatArray],
     ends: list[FloatArray],
+    count: int,
     first: bool,
 ) -> Iterator[Start]:
     """Yield starts inside one box from many postures; `starts` and `ends` are those that it may begin and end with."""
@@ -162,7 +185,9 @@ def _pool(
     arm, backward = problem.arm, bool(ends and not starts)
     path = Reversed(problem.path) if backward else problem.path
     near = ends if backward else starts
-    given = np.array([near[k % len(near)] for k in range(_POOL)]) if near else _random_postures(box, rng, arm.n)
+    given = (
+        np.array([near[k % len(near)] for k in range(count)]) if near else _random_postures(box, rng, (count, arm.n))
+    )
     seeds, ok = on_task(arm, path(0.0), box, _inside(box, given))
     seeds, given = seeds[ok], given[ok]
     if not len(seeds):
@@ -210,13 +235,15 @@ def _with_ends(
     return Start(box, ends, r, q + (1 - way) * (first - q[0]) + way * (last - q[-1]), reached)
 
 
-def _random_postures(box: JointBox, rng: np.random.Generator, n: int) -> FloatArray:
-    """Return random postures inside a box, from all but straight to curled up, joint 1 anywhere."""
-    lower = np.where(np.isfinite(box.lower), box.lower, np.minimum(-np.pi, box.upper - np.pi))
-    upper = np.where(np.isfinite(box.upper), box.upper, np.maximum(np.pi, box.lower + np.pi))
-    straight = np.clip(0.0, lower, upper)
-    curl = rng.uniform(0.1, 1.0, size=(_POOL, 1)) ** np.where(np.arange(n) > 0, 1.0, 0.0)
-    return straight + curl * (rng.uniform(lower, upper, size=(_POOL, n)) - straight)
+def _random_postures(box: JointBox, rng: np.random.Generator, shape: tuple[int, int]) -> FloatArray:
+    """Return random postures inside a box, from all but straight to curled up, joint 1 anywhere in a turn or two."""
+    straight = np.clip(0.0, box.lower, box.upper)
+    far = np.where(np.isfinite(box.lower) & np.isfinite(box.upper), TAU, np.pi)
+    # What an open side lets a joint turn on is counted from the limit on the other.
+    lower = np.maximum(straight - far, box.lower)
+    upper = np.minimum(np.maximum(straight, lower) + far, box.upper)
+    curl = rng.uniform(0.1, 1.0, size=(shape[0], 1)) ** np.where(np.arange(shape[1]) > 0, 1.0, 0.0)
+    return straight + curl * (rng.uniform(lower, upper, size=shape) - straight)
 
 
 def _inside(box: JointBox, q: FloatArray) -> FloatArray:
