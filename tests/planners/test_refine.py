@@ -393,3 +393,110 @@ def test_a_start_given_by_u_may_need_a_turn_of_its_joints():
     assert holds(plan)
     assert plan.u(0.0) == pytest.approx(found.u(0.0), abs=1e-9)
     assert plan.cost == pytest.approx(found.cost, rel=1e-5)
+
+
+FOUR = [1.0, 1.0, 1.0, 1.0]
+Q0 = np.array([0.2, 1.5, -1.0, 0.3])
+
+
+def line_from(q, to):
+    """A line from where a 4R arm with links of 1 has its tool to a point."""
+    return sm.Line(sm.PlanarArm(FOUR).forward(q), to)
+
+
+@pytest.mark.parametrize(
+    ("limits", "start"),
+    [
+        ([None, (1.0, None), None, None], {"q": Q0}),
+        (None, {"q": Q0 + np.array([0, 2 * np.pi, 0, 0])}),
+        ([None, (-1e30, 1e30), None, None], {"q": Q0 - np.array([0, 4 * np.pi, 0, 0])}),
+        ([None, None, (40, 46), None], {"u": [0.7, 1.0]}),
+        ([None, None, (40, None), None], {"u": [0.7, 1.0]}),
+    ],
+)
+def test_given_postures_are_found_in_whatever_turn_they_are(limits, start):
+    problem = sm.Problem(sm.PlanarArm(FOUR, limits), line_from(Q0, (1.2, 1.0)), start=start, elbow="positive")
+    plan = sm.plan(problem, sm.Refine(starts=2))
+    assert holds(plan)
+    if "q" in start:
+        assert plan(0.0) == pytest.approx(start["q"], abs=1e-9)
+
+
+def test_a_cyclic_motion_may_be_given_both_ends_if_they_agree():
+    arm, circle = sm.PlanarArm([1, 1, 1]), sm.Circle((1.8, 0), 0.5)
+    q = arm.solve(circle(0.0), [-0.5], 0)[0]
+    for cyclic in ("exact", "modulo"):
+        plan = sm.plan(sm.Problem(arm, circle, cyclic=cyclic, start=[-0.5], end={"q": q}), sm.Refine(starts=3))
+        assert holds(plan)
+        assert plan(1.0) == pytest.approx(q, abs=1e-9)
+    with pytest.raises(InvalidInputError, match=r"differs from start by 0\.1 rad"):
+        sm.Problem(arm, circle, cyclic="exact", start=[-0.5], end=[-0.4])
+
+
+def test_the_unit_of_weights_and_whole_turns_do_not_matter():
+    path = sm.Line((1.5, -0.5), (1.5, 1.0))
+    arm = sm.PlanarArm(FOUR, [(-1.5, 1.5)] * 4)
+    costs = [sm.plan(sm.Problem(arm, path, weights=[w] * 4), sm.Refine(starts=3)).cost / w for w in (1.0, 1e-8, 1e20)]
+    assert costs == pytest.approx([costs[0]] * 3, rel=1e-9)
+    wide = sm.plan(sm.Problem(sm.PlanarArm([1, 1, 1], [(-9, 9)] * 3), path), sm.Refine(starts=16))
+    assert len(wide.parameters["optima"]) <= 4
+
+
+@pytest.mark.parametrize(
+    ("arm", "path"),
+    [
+        (sm.PlanarArm(FOUR), sm.Waypoints([[2, 0], [2, 1e-10], [2.5, 1]])),  # a corner within 1e-9 of the start
+        (sm.PlanarArm([1] * 5, [None, None, (1e5, 1e5), None, None]), sm.Line((2, 0), (2.2, 0.5))),
+        (sm.PlanarArm(FOUR, [(-1e9, 1e9)] * 4), sm.Line((1.5, -0.5), (1.5, 1))),
+        (sm.PlanarArm(FOUR), sm.Circle((0, 0), 4 - 1e-4)),  # all but stretched out
+        (sm.PlanarArm([1, 1, 1, 1e5]), sm.Line((1e5, -0.5), (1e5, 1))),
+        (sm.PlanarArm([1e6, 1, 1, 1]), sm.Line((1e6, -0.5), (1e6, 1))),
+    ],
+)
+def test_awkward_but_possible(arm, path):
+    plan = sm.plan(sm.Problem(arm, path), sm.Refine(starts=3))
+    assert plan.verification.holds
+
+
+def test_short_paths_have_motions_as_short():
+    """What rounds off the kinks of an objective is measured by how fast joints move."""
+    arm, costs = sm.PlanarArm(FOUR), []
+    for h in (1e-2, 1e-5):
+        path = sm.Line(arm.forward(Q0), arm.forward(Q0) + 0.05 * h * np.array([0.6, 0.8]))
+        for objective in ("l1", "l2"):
+            problem = sm.Problem(arm, path, start={"q": Q0}, objective=objective)
+            costs.append(sm.plan(problem, sm.Refine(starts=2)).cost / h)
+    # All but the same: a longer line turns the Jacobian a little.
+    assert costs[2:] == pytest.approx(costs[:2], rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("problem", "told"),
+    [
+        (
+            lambda: sm.Problem(sm.PlanarArm(FOUR), sm.Circle((0, 0), 4)),
+            "limit of reach, which the path touches at r = 0",
+        ),
+        (
+            lambda: sm.Problem(sm.PlanarArm(FOUR, [None] + [(-2, 2)] * 3), sm.Circle((0.1, 0), 2), cyclic="exact"),
+            "whole turns, with cyclic: modulo",
+        ),
+        (
+            lambda: sm.Problem(sm.PlanarArm(FOUR, [(-0.1, 0.1)] * 4), sm.Line((0.5, 1), (0.5, 2))),
+            "no posture that holds the tool on the path was found inside the joint limits",
+        ),
+    ],
+)
+def test_giving_up_says_what_could_help(problem, told):
+    with pytest.raises(NothingFeasibleError) as caught:
+        sm.plan(problem(), sm.Refine(starts=2))
+    assert told in str(caught.value)
+
+
+def test_an_initial_planner_that_cannot_plan_is_named(seed_arm, seed_path):
+    other = sm.Sinusoid([0.3, 0.1], amplitude=[0.4, 0.4], optimizer=sm.PSO(seed=1))
+    with pytest.raises(
+        InvalidInputError, match=r"planner\.initial: cannot plan this problem: planner\.offset"
+    ) as caught:
+        sm.plan(sm.Problem(seed_arm, seed_path), sm.Refine(initial=other))
+    assert caught.value.remedy

@@ -84,7 +84,8 @@ def test_sums_are_those_of_the_lines_and_of_the_whole_motion(results, study):
     sums = results["six"]["sums"]
     for label, line in fixed.items():
         plan = study.six.plans["true"][label]
-        assert sums["absolute"][label]["absolute"]["sampled"] == pytest.approx(line["fitness"] + moving[label]["fitness"])
+        whole = line["fitness"] + moving[label]["fitness"]
+        assert sums["absolute"][label]["absolute"]["sampled"] == pytest.approx(whole)
         assert sums["true"][label]["true"]["sampled"] == pytest.approx(line["fitness"] + true[label]["fitness"])
         assert sums["true"][label]["true"]["integral"] == pytest.approx(plan.cost, abs=1e-9)
         for rows in sums.values():

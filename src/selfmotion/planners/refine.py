@@ -28,6 +28,7 @@ _MOST_SPANS = 400
 _MOST_CORNERS = 48
 _JUST_BEFORE = 1e-9  # a corner, in r
 _LOOKED_AT = 400  # parts of the path that an initial planner's motion is looked at
+_AT_THE_RIM = 1e-6  # parts of the reach within which the arm has no room left to move
 _FOLLOWERS = (8, 64)  # least and most postures led along the path at once
 _LEVELS = 8
 _REFINED = 3  # optima that are refined to the end, at most
@@ -336,6 +337,10 @@ class _Search:
         problem, remedy = self.problem, "give more starts, another seed, or an initial planner"
         if problem.cyclic == "exact" and not problem.arm.limits.limited.all():
             remedy += "; or let free joints gain whole turns, with cyclic: modulo"
+        r = problem.path.grid(_LOOKED_AT)
+        shortfall = problem.arm.shortfall(problem.path(r))
+        if shortfall.max() > -_AT_THE_RIM * problem.arm.reach:
+            remedy = f"keep away from the limit of reach, which the path touches at r = {r[shortfall.argmax()]:.4g}"
         if failure is not None:
             reason = f"the best of {len(self.optima)} motions does not hold between its collocation points: {failure}"
         elif not self.tried:

@@ -31,8 +31,8 @@ _LOST = 1e-10
 _TO_LIMIT = 0.99
 # Largest change of a joint in one step towards the task [rad], where the task is far from linear.
 _BOLDEST = 0.5
-_MASS = 1.0
 _DAMPING = 0.1  # part of the majorant of a density with kinks that its Hessian is given
+_MASS = 1.0
 _INNER = 80
 _CORRECTIONS = 12
 _SHRINK = 0.15  # of μ
@@ -272,7 +272,10 @@ def minimise(
     for iteration in range(most):
         if time.perf_counter() > deadline:
             break
-        iterate = _Iterate(problem, barrier, c, mu)
+        try:
+            iterate = _Iterate(problem, barrier, c, mu)
+        except np.linalg.LinAlgError:  # beyond what doubles can tell apart: the last motion stands
+            break
         while iterate.decrement <= max(floor, 0.1 * mu if barrier.count else 0.0):
             if mu <= least:
                 return Minimum(c, problem.cost(c), iteration, True)
