@@ -163,7 +163,8 @@ class Chain:
             columns = [first.u(r, order)]
             for motion in later:
                 turned = motion(r) if order == 0 else motion.rates(r)
-                columns += [np.cumsum(turned, axis=-1)[:, :2], motion.u(r, order)]
+                with np.errstate(invalid="ignore"):  # rates are infinite at folds
+                    columns += [np.cumsum(turned, axis=-1)[:, :2], motion.u(r, order)]
             return np.concatenate(columns, axis=-1)
 
         part = self.first(len(motions))
