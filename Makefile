@@ -6,7 +6,7 @@ DEPENDENCIES := pyproject.toml src/selfmotion/_version.py
 
 .PHONY: demo test lint docs clean
 
-demo: $(VENV)/.core  ## the paper's 3R study: out/report.html, out/report.md
+demo: $(VENV)/.core  ## the paper's 3R and 6R studies: out/report.html, out/report.md
 	$(BIN)/selfmotion reproduce --out out
 
 test: lint docs $(VENV)/.dev  ## everything that must hold
