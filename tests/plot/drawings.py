@@ -66,6 +66,13 @@ class Case:
         return sm.plan(sm.Problem(arm, path), sm.Modules([self.base], [0.35, 0], [0.4, 0.4], search))
 
     @cached_property
+    def many(self):
+        """An arm of twelve links, two of them limited where the motion comes near."""
+        limits = [None, (-0.3, 0.3), *[None] * 9, (-0.2, 2.0)]
+        path = sm.Line((8, -2), (6, 5))
+        return sm.plan(sm.Problem(sm.PlanarArm([1] * 12, limits), path), sm.Refine(starts=1))
+
+    @cached_property
     def searches(self):
         """Made-up courses of 9 searches each, (9, 40), falling towards 1 at different speeds."""
         rng, k = np.random.default_rng(3), np.arange(40)
@@ -132,6 +139,7 @@ DRAWINGS = {
     "path": Drawing(plot.draw_path, lambda case: (case.problem,)),
     "postures": Drawing(plot.draw_postures, lambda case: (case.plan,), height=3.2),
     "joints": Drawing(plot.draw_joints, lambda case: (case.plan,)),
+    "joints_many": Drawing(plot.draw_joints, lambda case: (case.many,)),
     "postures_six": Drawing(plot.draw_postures, lambda case: (case.modules,)),
     "joints_absolute": Drawing(plot.draw_joints, lambda case: (case.modules, range(3, 6), [3])),
     "modules": Drawing(plot.draw_modules, lambda case: (case.modules, [case.base])),

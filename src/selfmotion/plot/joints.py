@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _MOST_TOLD_APART = 8  # joints that have a colour and dashes of their own
+_NAME_HEIGHT = 0.065  # of the axes, that a limit's name needs
 _NAMED = 5  # of more joints, which are shades from the base to the tool
 
 
@@ -48,18 +49,27 @@ def draw_joints(axes: Axes, plan: Plan, joints: Sequence[int] | None = None, abs
         for bound in () if joint in absolute else (limits.lower[joint], limits.upper[joint]):
             if low - 6 * margin <= bound <= high + 6 * margin:
                 shown.setdefault(float(bound), []).append(name)
-    for bound, names in shown.items():
-        axes.axhline(bound, color=GREY, linewidth=0.6)
-        # Beside the picture, where no curve is.
-        axes.annotate(
-            "limit" if len(names) > 3 else f"limit\n{', '.join(names)}", (1.0, bound), xytext=(2, 0), va="center",
-            textcoords="offset points", xycoords=("axes fraction", "data"), color=GREY, fontsize=6.5,
-        )  # fmt: skip
     axes.set_xlim(0, 1)
     axes.margins(y=0.08)
+    _name_limits(axes, shown)
     axes.set_xlabel("path parameter r")
     axes.set_ylabel("joint angle [rad]")
     layout: dict[str, Any] = {"ncols": 4, "handlelength": 3}
     if many:
         layout = {"ncols": _NAMED, "handlelength": 1.5, "columnspacing": 1.2}
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2, **layout)
+
+
+def _name_limits(axes: Axes, shown: Mapping[float, Sequence[str]]) -> None:
+    """Draw limits as lines and name their joints beside the picture, where no curve is, one name clear of the next."""
+    for bound in shown:
+        axes.axhline(bound, color=GREY, linewidth=0.6)
+    low, high = axes.get_ylim()
+    below = -np.inf
+    for bound in sorted(shown):
+        place = max((bound - low) / (high - low), below + _NAME_HEIGHT)
+        below = place
+        axes.annotate(
+            "limit" if len(shown[bound]) > 2 else f"limit {', '.join(shown[bound])}", (1.0, place), xytext=(2, 0),
+            va="center", textcoords="offset points", xycoords="axes fraction", color=GREY, fontsize=6.5,
+        )  # fmt: skip
