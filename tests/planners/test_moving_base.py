@@ -5,6 +5,7 @@ import pytest
 
 import selfmotion as sm
 from selfmotion.optimizers import INFEASIBLE, violation_of
+from selfmotion.planners.chain import allowed_elbows
 from selfmotion.planners.chain_candidates import bernstein, first_guess
 from selfmotion.planners.moving_base import _moved
 
@@ -157,13 +158,14 @@ def test_elbows_are_searched_where_limits_allow():
     ((2 * np.pi + 1, 2 * np.pi + 2), ["positive"]),
     ((-3 * np.pi / 2, -1.1 * np.pi), ["positive"]),
     ((0.5, None), ["positive", "negative"]),
+    ((-7 * np.pi, -6 * np.pi), ["negative"]),
+    ((1.0, 1.0), ["positive"]),
+    ((0.0, 0.0), []),
+    (None, ["positive", "negative"]),
 ])  # fmt: skip
 def test_which_elbows_limits_leave(pair, allowed):
-    from selfmotion.arms import JointLimits
-    from selfmotion.planners.chain import allowed_elbows
-
-    names = sm.PlanarArm.branches
-    assert [names[branch] for branch in allowed_elbows(JointLimits([None, pair, None], 3))] == allowed
+    module = sm.PlanarArm([3, 2, 1], [None, pair, None])
+    assert [module.branches[branch] for branch in allowed_elbows(module)] == allowed
 
 
 def test_same_seed_same_bits():

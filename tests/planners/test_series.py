@@ -29,14 +29,19 @@ def bspline(offset=(0.3,), seed=1, iterations=100, **fields):
 BOTH = pytest.mark.parametrize("make", [harmonics, bspline], ids=["harmonics", "bspline"])
 
 
-@BOTH
-def test_the_seed_s_case_is_solved_better_than_any_sinusoid_can_and_not_better_than_any_motion(make, seed_problem):
+@pytest.mark.parametrize(("make", "median"), [(harmonics, 4.972), (bspline, 4.893)], ids=["harmonics", "bspline"])
+def test_the_seed_s_case_is_solved_better_than_any_sinusoid_can_and_not_better_than_any_motion(
+    make, median, seed_problem
+):
     assert seed_3r.CASE.dense_scan().fitness > BEST_SINUSOID
-    for seed in (1, 2):
+    costs = []
+    for seed in range(1, 6):
         plan = sm.plan(seed_problem, make(seed=seed))
         assert BEST <= plan.cost < 5.0
         assert plan.verification.holds
         assert plan.u(0.0) == [0.3]
+        costs.append(plan.cost)
+    assert np.median(costs) == pytest.approx(median, abs=0.01)
 
 
 def test_more_freedom_costs_less(seed_problem):

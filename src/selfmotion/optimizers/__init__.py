@@ -13,6 +13,7 @@ from selfmotion.optimizers.base import (
     Optimizer,
     Progress,
     Result,
+    counting,
     penalised,
     violation_of,
 )
@@ -40,6 +41,7 @@ __all__ = [
     "Progress",
     "RandomSearch",
     "Result",
+    "counting",
     "penalised",
     "violation_of",
 ]

@@ -22,6 +22,8 @@ from selfmotion.errors import InvalidInputError
 BatchFunction = Callable[[FloatArray], FloatArray]
 Progress = Callable[[int, int, float], None]
 
+DEFAULT_BOUNDS = (0.0, 15.0)
+"""The box of an optimizer that is given none: the frequencies of the seed's study."""
 INFEASIBLE = 1e100
 """Values from here on mean "infeasible by value / INFEASIBLE − 1": ordered by violation, above every cost."""
 MOST_EVALUATIONS = 20_000_000
@@ -38,6 +40,13 @@ def penalised(cost: FloatArray, violation: FloatArray) -> FloatArray:
 def violation_of(value: float) -> float:
     """Return the violation that :func:`penalised` ranked by, zero for a feasible candidate's value."""
     return max(value / INFEASIBLE - 1.0, 0.0)
+
+
+def counting(progress: Progress | None, before: int, total: int) -> Progress | None:
+    """Return `progress` counting on from `before` towards `total`, for one of several runs in a row."""
+    if progress is None:
+        return None
+    return lambda done, _, best: progress(before + done, total, best)
 
 
 @dataclass
@@ -158,7 +167,9 @@ class Optimizer(ABC):
     kind: ClassVar[str]
     smallest_population: ClassVar[int] = 1
 
-    def __init__(self, population: int = 20, iterations: int = 100, bounds: Box = (0.0, 15.0), seed: int = 0) -> None:
+    def __init__(
+        self, population: int = 20, iterations: int = 100, bounds: Box = DEFAULT_BOUNDS, seed: int = 0
+    ) -> None:
         self.population = integer("population", population, self.smallest_population, 100_000)
         self.iterations = integer("iterations", iterations, 1, 1_000_000)
         if self.population * self.iterations > MOST_EVALUATIONS:
@@ -174,6 +185,11 @@ class Optimizer(ABC):
     def __repr__(self) -> str:
         inner = ", ".join(f"{name}={value!r}" for name, value in self.settings().items())
         return f"{type(self).__name__}({inner})"
+
+    @property
+    def has_own_bounds(self) -> bool:
+        """Whether the box is another than the default one."""
+        return not np.array_equal(self.bounds, DEFAULT_BOUNDS)
 
     def settings(self) -> dict[str, Any]:
         """Return what a reader must know to repeat the run."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from selfmotion._checks import choice
 from selfmotion._types import Box, FloatArray
-from selfmotion.optimizers.base import EVALUATE, AskTell, State, uniform
+from selfmotion.optimizers.base import DEFAULT_BOUNDS, EVALUATE, AskTell, State, uniform
 
 # (χ, ω, φ1, φ2) of (23). The seed's φ = 3 has no real χ: it runs undamped.
 _VARIANTS = {
@@ -59,7 +59,7 @@ class PSO(AskTell):
         self,
         population: int = 20,
         iterations: int = 100,
-        bounds: Box = (0.0, 15.0),
+        bounds: Box = DEFAULT_BOUNDS,
         seed: int = 0,
         variant: Literal["seed", "canonical"] = "canonical",
         walls: Literal["absorb", "clip"] = "absorb",

@@ -5,7 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import ClassVar, Self
 
-from selfmotion.optimizers import Progress
+from selfmotion.errors import InvalidInputError
+from selfmotion.optimizers import Optimizer, Progress
 from selfmotion.plans import Plan
 from selfmotion.problem import Problem
 
@@ -43,3 +44,14 @@ class Planner(ABC):
     def with_seed(self, seed: int) -> Self:
         """Return the same planner with another random seed; itself if it uses none."""
         return self
+
+
+def refuse_own_bounds(optimizer: Optimizer, kind: str, instead: str) -> None:
+    """Refuse an optimizer with bounds of its own for a planner `kind` whose box follows from its fields `instead`."""
+    if optimizer.has_own_bounds:
+        raise InvalidInputError(
+            "optimizer.bounds",
+            f"is of no use to planner {kind}, whose box is given by {instead}",
+            "leave it out",
+            optimizer.bounds.tolist(),
+        )

@@ -8,9 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from selfmotion._types import FloatArray
-from selfmotion.angles import TAU
 from selfmotion.arms import PlanarArm, RedundantArm
-from selfmotion.arms.limits import JointLimits
+from selfmotion.arms.limits import JointBox, JointLimits
 from selfmotion.domain import blocked_stretches
 from selfmotion.errors import Blocked, InfeasibleError, InvalidInputError
 from selfmotion.motion import Motion
@@ -19,6 +18,7 @@ from selfmotion.planners.parametric import outside
 from selfmotion.problem import Problem
 
 _SHOWN = 3  # blocked stretches that a message names
+_FOLD = 1e-9  # |sin θ2| of a fold up to rounding
 
 
 class Chain:
@@ -33,6 +33,9 @@ class Chain:
 
     Attributes
     ----------
+    problem : Problem
+    count : int
+        Number k of modules.
     ends : tuple of Path
         Where each module ends: the moving bases, then the tool's path.
     limits : tuple of JointLimits
@@ -55,7 +58,7 @@ class Chain:
             raise InvalidInputError("planner.moving_bases", reason, remedy)
         self._links = arm.links.reshape(-1, 3)
         self._pairs = arm.limits.as_list()
-        self.limits = tuple(JointLimits(self._pairs[3 * i : 3 * i + 3], 3) for i in range(self.count))
+        self.limits = tuple(part.limits for part in module_arms(arm))
 
     @cached_property
     def modules(self) -> tuple[Problem, ...]:
@@ -194,7 +197,8 @@ def module_problems(problem: Problem, moving_bases: Sequence[Path]) -> tuple[Pro
     Raises
     ------
     InvalidInputError
-        If the arm cannot be split, the number of moving bases is wrong, or a module reaches no point of its path.
+        If the arm cannot be split, the number of moving bases is wrong, the weights of a module are all zero, or a
+        module reaches no point of its path.
     """
     return Chain(problem, moving_bases).modules
 
@@ -240,6 +244,12 @@ def splittable(problem: Problem) -> PlanarArm:
     return arm
 
 
+def module_arms(arm: PlanarArm) -> tuple[PlanarArm, ...]:
+    """Return each module of an arm of 3k links as an arm of its own, with the limits of its true joints."""
+    links, pairs = arm.links.reshape(-1, 3), arm.limits.as_list()
+    return tuple(PlanarArm(some, pairs[3 * i : 3 * i + 3]) for i, some in enumerate(links))
+
+
 def refuse_what_modules_cannot_keep(problem: Problem, kind: str) -> None:
     """Refuse start, end and cyclic, and a path that the whole arm does not reach.
 
@@ -255,14 +265,13 @@ def refuse_what_modules_cannot_keep(problem: Problem, kind: str) -> None:
         raise InfeasibleError(blocked)
 
 
-def allowed_elbows(limits: JointLimits) -> list[int]:
-    """Return the branches that the limits of a module's middle joint leave a stretch of."""
-    lower, upper = limits.lower[1], limits.upper[1]
-    if upper - lower >= TAU:
-        return [0, 1]
-    turns = TAU * np.arange(np.floor(lower / TAU) - 1, np.ceil(upper / TAU) + 1)
-    # sin θ2 > 0 on (0, π), sin θ2 < 0 on (π, 2π), up to whole turns.
-    return [b for b in (0, 1) if ((turns + b * np.pi < upper) & (turns + (b + 1) * np.pi > lower)).any()]
+def allowed_elbows(module: PlanarArm) -> list[int]:
+    """Return the branches that the limits of a module's middle joint leave more of than a fold."""
+
+    def has_more_than_a_fold(box: JointBox) -> bool:
+        return bool(abs(np.sin(0.5 * (box.lower[1] + box.upper[1]))) > _FOLD)
+
+    return [b for b, elbow in enumerate(module.branches) if any(map(has_more_than_a_fold, module.boxes(elbow)))]
 
 
 def _places(blocked: Sequence[Blocked]) -> str:

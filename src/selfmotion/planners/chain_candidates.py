@@ -10,17 +10,15 @@ import numpy as np
 
 from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
-from selfmotion.arms import JointLimits, PlanarArm
 from selfmotion.errors import InvalidInputError
 from selfmotion.optimizers import penalised
 from selfmotion.paths import Path
-from selfmotion.planners.chain import splittable, true_joints
+from selfmotion.planners.chain import module_arms, splittable, true_joints
+from selfmotion.planners.parametric import in_blocks
 from selfmotion.problem import Problem
 
 PLACES = 200
 """Places at which the search looks at a candidate: its chord sum ranks, the answer is measured anew."""
-# Candidates are evaluated in blocks of about this many joint angles: what stays in the processor's cache.
-_BLOCK = 16_000
 _FIT = 200  # points to which the first guess of a moving base is fitted
 
 
@@ -75,16 +73,14 @@ class ChainCandidates:
         amplitude: float,
         frequency: float,
         elbows: Sequence[int],
-        places: int = PLACES,
+        places: int,
     ) -> None:
         arm = splittable(problem)
         self.problem = problem
         self.guess = guess
         self.elbows = tuple(elbows)
         self._spread, self._amplitude, self._frequency = spread, amplitude, frequency
-        links, pairs = arm.links.reshape(-1, 3), arm.limits.as_list()
-        self._arms = [PlanarArm(some) for some in links]
-        self._limits = [JointLimits(pairs[3 * i : 3 * i + 3], 3) for i in range(len(links))]
+        self._arms = module_arms(arm)
         self._r = np.union1d(np.linspace(0.0, 1.0, places), problem.path.breaks)
         self._x = problem.path(self._r)
         self._basis = bernstein(guess.shape[1], self._r)
@@ -116,8 +112,7 @@ class ChainCandidates:
 
     def __call__(self, population: FloatArray) -> FloatArray:
         """Return the values of a population, shape (p, d), as the optimizers rank them."""
-        rows = max(1, _BLOCK // (len(self._r) * self.problem.arm.n))
-        return np.concatenate([self._block(population[k : k + rows]) for k in range(0, len(population), rows)])
+        return in_blocks(self._block, population, len(self._r) * self.problem.arm.n)
 
     def _block(self, population: FloatArray) -> FloatArray:
         chosen = self.choice(population)
@@ -128,7 +123,7 @@ class ChainCandidates:
         joints, violation = [], np.zeros(len(population))
         for i, arm in enumerate(self._arms):
             x, behind = ends[i + 1] - ends[i], u[:, i - 1] if i else 0.0
-            q, left = true_joints(arm, self._limits[i], x, u[:, i, :, None], self.elbows[i], behind)
+            q, left = true_joints(arm, arm.limits, x, u[:, i, :, None], self.elbows[i], behind)
             joints.append(q)
             violation += left
         cost = self.problem.objective.sampled(np.concatenate(joints, axis=-1), self._r, self.problem.weights)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import time
 from collections.abc import Callable, Sequence
 from typing import Any, Literal, Self
@@ -13,7 +14,7 @@ from selfmotion._types import FloatArray, Vector
 from selfmotion.arms import JointLimits
 from selfmotion.errors import InvalidInputError, NothingFeasibleError
 from selfmotion.motion import Motion
-from selfmotion.optimizers import Optimizer, Progress, penalised
+from selfmotion.optimizers import Optimizer, Progress, counting, penalised
 from selfmotion.paths import Path
 from selfmotion.planners.base import Planner
 from selfmotion.planners.chain import Chain, refuse_what_modules_cannot_keep, true_joints
@@ -52,15 +53,16 @@ class ModuleCandidates(Candidates):
     ) -> None:
         super().__init__(problem, profile, branch)
         self._limits = limits
-        self._behind = behind(self._r)
+        self._behind = behind(self.r)
         self._absolute = absolute
 
-    def _block(self, population: FloatArray) -> FloatArray:
-        u = self.profile(population, self._r)
-        q, violation = true_joints(self.problem.arm, self._limits, self._x, u, self.branch, self._behind)
+    def block(self, population: FloatArray) -> FloatArray:
+        """Return the values of as many candidates as are judged at once, in true joints."""
+        u = self.profile(population, self.r)
+        q, violation = true_joints(self.problem.arm, self._limits, self.x, u, self.branch, self._behind)
         if self._absolute:
             q[..., 0] += self._behind
-        return penalised(self.problem.objective.sampled(q, self._r, self.problem.weights), violation)
+        return penalised(self.problem.objective.sampled(q, self.r, self.problem.weights), violation)
 
 
 class _Module(Sinusoid):
@@ -92,7 +94,8 @@ class _Module(Sinusoid):
             problem, profile, branch, self._chain.limits[i], lambda r: carrier.u(r)[:, 0], self._absolute
         )
 
-    def _starting_branches(self, problem: Problem, profile: Profile) -> list[int]:  # type: ignore[override]
+    def starting_branches(self, problem: Problem, profile: Profile) -> list[int]:
+        """Return those on which the module may start with the limits of its true first joint."""
         return self._branches
 
     def holds(self, problem: Problem, motion: Motion) -> bool:
@@ -166,13 +169,9 @@ class Modules(Planner):
 
     def with_seed(self, seed: int) -> Self:
         """Return the same planner with another random seed."""
-        return type(self)(
-            self.moving_bases,
-            self.offset,
-            self.amplitude,
-            self.optimizer.with_seed(seed),
-            self.first_joints,  # type: ignore[arg-type]
-        )
+        other = copy.copy(self)
+        other.optimizer = self.optimizer.with_seed(seed)
+        return other
 
     def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
         """Plan a motion; see :meth:`Planner.plan`.
@@ -181,7 +180,8 @@ class Modules(Planner):
         ------
         InvalidInputError
             If the arm has another number of links than 3k, something is not given once per module, an offset is outside
-            the angle domain, or a moving base leaves what the modules before and after it can reach.
+            the angle domain, a moving base leaves what the modules before and after it can reach, the weights of a
+            module are all zero, or the problem has a start, an end or a cyclic motion, which this planner cannot keep.
         InfeasibleError
             If the whole arm cannot follow the path.
         NothingFeasibleError
@@ -292,10 +292,3 @@ def module_costs(plan: Plan, alone: Plan, i: int) -> dict[str, dict[str, float]]
 def _derived(seed: int, i: int) -> int:
     """Return the seed of module i > 0."""
     return int(np.random.SeedSequence([seed, i]).generate_state(1)[0])
-
-
-def counting(progress: Progress | None, before: int, total: int) -> Progress | None:
-    """Return `progress` counting on from `before` towards `total`."""
-    if progress is None:
-        return None
-    return lambda done, _, best: progress(before + done, total, best)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import inspect
 import itertools
 import time
 from collections.abc import Sequence
@@ -14,34 +13,32 @@ import numpy as np
 from selfmotion._checks import choice, integer, positive
 from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
-from selfmotion.arms import JointLimits, PlanarArm
+from selfmotion.arms import PlanarArm
 from selfmotion.errors import InvalidInputError, NothingFeasibleError
 from selfmotion.motion import Curve, Motion
-from selfmotion.optimizers import INFEASIBLE, Optimizer, Progress, Result, violation_of
+from selfmotion.optimizers import INFEASIBLE, Optimizer, Progress, Result, counting, violation_of
 from selfmotion.paths import Bezier, Path
-from selfmotion.planners.base import Planner
+from selfmotion.planners.base import Planner, refuse_own_bounds
 from selfmotion.planners.chain import (
     Chain,
     allowed_elbows,
+    module_arms,
     refuse_what_modules_cannot_keep,
     splittable,
 )
 from selfmotion.planners.chain_candidates import PLACES, ChainCandidates, Choice, first_guess
-from selfmotion.planners.modules import counting, module_costs
+from selfmotion.planners.modules import module_costs
+from selfmotion.planners.parametric import MOST_CHECKS, SAMPLES_PER_CYCLE
 from selfmotion.plans import Plan
 from selfmotion.problem import Problem
 from selfmotion.verification import verify_motion
 
-# Samples needed per oscillation, so that the chord sum sees what the motion does.
-_SAMPLES_PER_CYCLE = 8
 # Control points of higher degrees hardly move the curve one by one.
 _MOST_POINTS = 24
-_DEFAULT_BOUNDS = np.array(inspect.signature(Optimizer).parameters["bounds"].default)
 # Each combination of elbows costs the whole budget.
 _MOST_COMBINATIONS = 16
 # Candidates that hold at the places looked at are looked at more closely, and if they hold there too verified.
 _MOST_LOOKS = 20_000
-_MAX_CHECKS = 200
 
 
 class MovingBase(Planner):
@@ -76,12 +73,14 @@ class MovingBase(Planner):
     The modules are those of :class:`~selfmotion.planners.modules.Modules`. There are ``2 m (k − 1) + 3k`` variables:
     the m control points of each moving base and ``offset, amplitude, f`` of each module. The offset is measured from
     the direction of the module's target at r = 0, in parts of the arc on which it is in reach. Candidates are ranked by
-    their chord sum at 200 places; the cheapest that holds everywhere becomes the plan.
+    their chord sum at 200 places, or at as many as the problem has samples if they are fewer; the cheapest that holds
+    everywhere becomes the plan.
 
-    On the paper's 6R case, where the given moving base ends at 15.35 in true joints, there are many local optima. With
-    a population of 60 and 1000 iterations differential evolution does best: it ends between 9.87 and 10.55 (median of 8
-    seeds 10.26), canonical PSO between 10.40 and 10.96 (median of 4 seeds 10.57), CMA-ES between 10.59 and 10.86
-    (10.63), each in 4 to 8 s. With 4 control points and frequencies up to 2 its median is 10.86, with 6 and 2 10.69.
+    On the paper's 6R case, where the given moving base ends at 15.35 in true joints, there are many local optima.
+    ``python benchmarks/moving_base.py`` searches it with a population of 60 and 1000 iterations over 8 seeds.
+    Differential evolution does best: it ends between 9.885 and 10.621, median 10.291. Canonical PSO ends between 10.405
+    and 10.971 (10.653), CMA-ES between 10.600 and 10.869 (10.642). A run takes 4 to 8 s. In smaller boxes differential
+    evolution ends higher: with frequencies up to 2 its median is 10.696 with 6 control points and 10.941 with 4.
     """
 
     kind = "moving_base"
@@ -98,10 +97,7 @@ class MovingBase(Planner):
     ) -> None:
         if not isinstance(optimizer, Optimizer):
             raise InvalidInputError("optimizer", "is not an optimizer", "give one, such as PSO(…)", optimizer)
-        if not np.array_equal(optimizer.bounds, _DEFAULT_BOUNDS):
-            reason = "is of no use here: the box is [-1, 1] in every variable"
-            remedy = "leave it out; spread, amplitude and frequency say how wide to search"
-            raise InvalidInputError("optimizer.bounds", reason, remedy, optimizer.bounds.tolist())
+        refuse_own_bounds(optimizer, self.kind, "spread, amplitude and frequency")
         if not isinstance(around, list | tuple) or not all(isinstance(path, Path) for path in around):
             raise InvalidInputError("around", "is not a list of paths", "give one path per module but the last")
         self.optimizer = optimizer
@@ -154,21 +150,20 @@ class MovingBase(Planner):
             self.amplitude,
             self.frequency,
             elbows,
-            places or min(problem.samples, PLACES),
+            places or _places(problem),
         )
 
     def _refuse_coarse_samples(self, problem: Problem) -> None:
-        least = int(np.ceil(_SAMPLES_PER_CYCLE * self.frequency))
-        if min(problem.samples, PLACES) < least:
+        places, least = _places(problem), int(np.ceil(SAMPLES_PER_CYCLE * self.frequency))
+        if places < least:
             name = "samples" if problem.samples < least <= PLACES else "planner.frequency"
-            reason = f"does not let {min(problem.samples, PLACES)} samples resolve the fastest sinusoid"
-            remedy = f"give at least {least}" if name == "samples" else f"give at most {PLACES // _SAMPLES_PER_CYCLE}"
+            reason = f"does not let {places} samples resolve the fastest sinusoid"
+            remedy = f"give at least {least}" if name == "samples" else f"give at most {PLACES // SAMPLES_PER_CYCLE}"
             raise InvalidInputError(name, reason, remedy)
 
     def _combinations(self, problem: Problem, arm: PlanarArm) -> list[tuple[int, ...]]:
         """Return the branches of the modules, combination by combination."""
-        pairs = arm.limits.as_list()
-        allowed = [allowed_elbows(JointLimits(pairs[3 * i : 3 * i + 3], 3)) for i in range(arm.n // 3)]
+        allowed = [allowed_elbows(module) for module in module_arms(arm)]
         allowed[0] = [branch for branch in allowed[0] if branch in problem.elbow_branches]
         every = itertools.product(*allowed)
         chosen = [some for some in every if self.elbows == "each" or len(set(some)) == 1]
@@ -209,10 +204,10 @@ class MovingBase(Planner):
             if verify_motion(problem, found.motion).holds:
                 return found
             checks += 1
-            if checks == _MAX_CHECKS:
+            if checks == MOST_CHECKS:
                 break
         raise NothingFeasibleError(
-            f"{feasible} of {evaluations} candidates hold at {min(problem.samples, PLACES)} places, but the best of "
+            f"{feasible} of {evaluations} candidates hold at {_places(problem)} places, but the best of "
             "them break between them",
             "give another seed or more iterations",
             evaluations,
@@ -246,6 +241,11 @@ class MovingBase(Planner):
             "elbows_searched": [[names[branch] for branch in elbows] for elbows in combinations],
             "optimizer": {"kind": optimizer.kind, **optimizer.settings()},
         }
+
+
+def _places(problem: Problem) -> int:
+    """Return at how many places the search looks."""
+    return min(problem.samples, PLACES)
 
 
 class _Found(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import time
 from abc import abstractmethod
+from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -15,24 +16,25 @@ from selfmotion.angles import wrap
 from selfmotion.domain import blocked_stretches
 from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError
 from selfmotion.motion import Motion
-from selfmotion.optimizers import INFEASIBLE, Optimizer, Progress, Result, penalised, violation_of
+from selfmotion.optimizers import INFEASIBLE, Optimizer, Progress, Result, counting, penalised, violation_of
 from selfmotion.planners.base import Planner
 from selfmotion.plans import Plan
 from selfmotion.problem import Problem
 from selfmotion.profiles import Profile, SinusoidProfile
 from selfmotion.verification import verify_motion
 
+SAMPLES_PER_CYCLE = 8
+"""Samples needed per oscillation, so that the chord sum sees what the motion does."""
+MOST_CHECKS = 200
+"""Candidates that hold at the samples but not between them are passed over, at most this many."""
+# The same per smooth piece of the path.
+_SAMPLES_PER_PIECE = 4
 # Candidates are evaluated in blocks of about this many joint angles: what stays in the processor's cache.
 _BLOCK = 16_000
-# Samples needed per oscillation and per smooth piece of the path, so that the chord sum sees what the motion does.
-_SAMPLES_PER_CYCLE = 8
-_SAMPLES_PER_PIECE = 4
 # A candidate is inside the domain if it leaves it by rounding only: radians, or parts of the reach.
 _ROUNDING = 1e-12
 # An offset and a start that differ by less are the same [rad].
 _SAME = 1e-9
-# Candidates that hold at the samples but not between them are passed over, at most this many.
-_MAX_CHECKS = 200
 
 
 class Candidates:
@@ -43,14 +45,21 @@ class Candidates:
     problem : Problem
     profile : Profile
     branch : int
+
+    Attributes
+    ----------
+    r : array, shape (k,)
+        The samples.
+    x : array, shape (k, 2)
+        The path there.
     """
 
     def __init__(self, problem: Problem, profile: Profile, branch: int) -> None:
         self.problem = problem
         self.profile = profile
         self.branch = branch
-        self._r = problem.grid
-        self._x = problem.path(self._r)
+        self.r = problem.grid
+        self.x = problem.path(self.r)
         self._start = None if problem.start is None else problem.start.q
 
     def __call__(self, population: FloatArray) -> FloatArray:
@@ -60,16 +69,30 @@ class Candidates:
         after all feasible ones, by how far it leaves: by the largest shortfall of reach (in parts of the reach) plus
         each joint's largest overrun of its limits [rad].
         """
-        rows = max(1, _BLOCK // (len(self._r) * self.problem.arm.n))
-        blocks = [self._block(population[k : k + rows]) for k in range(0, len(population), rows)]
-        return np.concatenate(blocks)
+        return in_blocks(self.block, population, len(self.r) * self.problem.arm.n)
 
-    def _block(self, population: FloatArray) -> FloatArray:
+    def block(self, population: FloatArray) -> FloatArray:
+        """Return the same for as many candidates as are judged at once; what judges otherwise overrides this."""
         arm = self.problem.arm
-        q, margin = arm.solve_with_margin(self._x, self.profile(population, self._r), self.branch)
+        q, margin = arm.solve_with_margin(self.x, self.profile(population, self.r), self.branch)
         lifted = arm.limits.lift(q, self._start)
-        cost = self.problem.objective.sampled(lifted.q, self._r, self.problem.weights)
+        cost = self.problem.objective.sampled(lifted.q, self.r, self.problem.weights)
         return penalised(cost, outside(margin / arm.reach, lifted.excess))
+
+
+def in_blocks(judge: Callable[[FloatArray], FloatArray], population: FloatArray, angles: int) -> FloatArray:
+    """Return the values of a population, shape (p, d), judged in blocks that stay in the processor's cache.
+
+    Parameters
+    ----------
+    judge : callable
+        Maps a block, shape (b, d), to values, shape (b,).
+    population : array, shape (p, d)
+    angles : int
+        Number of joint angles of one candidate.
+    """
+    rows = max(1, _BLOCK // angles)
+    return np.concatenate([judge(population[k : k + rows]) for k in range(0, len(population), rows)])
 
 
 def outside(margin: FloatArray, excess: FloatArray) -> FloatArray:
@@ -137,6 +160,27 @@ class Parametric(Planner):
         """Return what judges a population on one branch."""
         return Candidates(problem, profile, branch)
 
+    def starting_branches(self, problem: Problem, profile: Profile) -> list[int]:
+        """Return the branches to search: those that the problem allows and on which the profile's start is feasible.
+
+        Raises
+        ------
+        InvalidInputError
+            If there is none.
+        """
+        start = profile.start
+        if start is None:
+            return problem.start_branches
+        branches = [branch for branch in problem.start_branches if problem.may_start_at(start, branch)]
+        if not branches:
+            raise InvalidInputError(
+                "planner.offset",
+                "is outside the angle domain at r = 0",
+                problem.feasible_at(0.0),
+                start.tolist(),
+            )
+        return branches
+
     def holds(self, problem: Problem, motion: Motion) -> bool:
         """Return whether a motion that holds at the samples also does between them."""
         return verify_motion(problem, motion).holds
@@ -157,12 +201,12 @@ class Parametric(Planner):
         blocked = blocked_stretches(problem.arm, problem.path, problem.samples, problem.elbow_branches)
         if blocked:
             raise InfeasibleError(blocked)
-        branches = self._starting_branches(problem, profile)
+        branches = self.starting_branches(problem, profile)
         results = {
             branch: optimizer.minimize(
                 self.candidates_for(problem, profile, branch),
                 len(profile.parameter_names),
-                _shifted(progress, k * optimizer.iterations, len(branches) * optimizer.iterations),
+                counting(progress, k * optimizer.iterations, len(branches) * optimizer.iterations),
             )
             for k, branch in enumerate(branches)
         }
@@ -191,7 +235,7 @@ class Parametric(Planner):
                 )
 
     def _check(self, problem: Problem, profile: Profile, optimizer: Optimizer) -> None:
-        """Refuse what a profile with few coefficients cannot promise."""
+        """Refuse ends and cycles that the family does not keep, and samples too few for its profiles or the path."""
         start = profile.start
         if problem.start is not None and start is not None and np.abs(wrap(start - problem.start.u)).max() > _SAME:
             raise InvalidInputError(
@@ -213,7 +257,7 @@ class Parametric(Planner):
             lower, upper = optimizer.box(len(profile.parameter_names))
         except InvalidInputError as error:
             raise error.inside("planner.optimizer") from None
-        cycles = int(np.ceil(_SAMPLES_PER_CYCLE * max(profile.cycles(lower), profile.cycles(upper))))
+        cycles = int(np.ceil(SAMPLES_PER_CYCLE * max(profile.cycles(lower), profile.cycles(upper))))
         pieces = _SAMPLES_PER_PIECE * (len(problem.path.breaks) + 1)
         if problem.samples < cycles:
             reason = "cannot resolve the fastest profile that may be chosen"
@@ -222,21 +266,6 @@ class Parametric(Planner):
         if problem.samples < pieces and len(problem.path.breaks):
             reason = f"cannot resolve a path of {len(problem.path.breaks) + 1} pieces"
             raise InvalidInputError("samples", reason, f"give at least {pieces}", problem.samples)
-
-    @staticmethod
-    def _starting_branches(problem: Problem, profile: Profile) -> list[int]:
-        start = profile.start
-        if start is None:
-            return problem.start_branches
-        branches = [branch for branch in problem.start_branches if problem.may_start_at(start, branch)]
-        if not branches:
-            raise InvalidInputError(
-                "planner.offset",
-                "is outside the angle domain at r = 0",
-                problem.feasible_at(0.0),
-                start.tolist(),
-            )
-        return branches
 
     def _first_that_holds(
         self, problem: Problem, profile: Profile, results: dict[int, Result], evaluations: int
@@ -258,7 +287,7 @@ class Parametric(Planner):
             )
         found.sort(key=lambda candidate: candidate.value)
         start = None if problem.start is None else problem.start.q
-        for candidate in found[:_MAX_CHECKS]:
+        for candidate in found[:MOST_CHECKS]:
             a = candidate.a
 
             def curve(r: FloatArray, order: int, a: FloatArray = a) -> FloatArray:
@@ -270,7 +299,7 @@ class Parametric(Planner):
                 return candidate, motion
         raise NothingFeasibleError(
             f"{len(found)} of {evaluations} candidates hold at the samples, but the best "
-            f"{min(len(found), _MAX_CHECKS)} break between them",
+            f"{min(len(found), MOST_CHECKS)} break between them",
             "give more samples",
             evaluations,
             0.0,
@@ -310,10 +339,3 @@ class Sinusoid(Parametric):
         if problem.start is None:
             raise InvalidInputError("planner.offset", "is missing", "give it, or a start")
         return SinusoidProfile(problem.start.u, self.amplitude)
-
-
-def _shifted(progress: Progress | None, before: int, total: int) -> Progress | None:
-    """Return `progress` counting on from `before` towards `total`."""
-    if progress is None:
-        return None
-    return lambda done, _, best: progress(before + done, total, best)

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from inspect import signature
-
-import numpy as np
 
 from selfmotion._checks import angles, integer
 from selfmotion._types import FloatArray, Vector
 from selfmotion.angles import wrap
 from selfmotion.errors import InvalidInputError
 from selfmotion.optimizers import Optimizer
+from selfmotion.planners.base import refuse_own_bounds
 from selfmotion.planners.parametric import Parametric
 from selfmotion.problem import Problem
 from selfmotion.profiles import BSplineProfile, HarmonicsProfile, LinearProfile, Profile
 from selfmotion.profiles.bspline import FEWEST_COEFFICIENTS, MOST_COEFFICIENTS
 from selfmotion.profiles.harmonics import MOST_HARMONICS
-
-_DEFAULT_BOUNDS = signature(Optimizer).parameters["bounds"].default
 
 
 class Series(Parametric):
@@ -37,13 +33,7 @@ class Series(Parametric):
 
     def __init__(self, offset: Vector | None, span: Vector, optimizer: Optimizer) -> None:
         super().__init__(optimizer)
-        if not np.array_equal(optimizer.bounds, _DEFAULT_BOUNDS):
-            raise InvalidInputError(
-                "optimizer.bounds",
-                f"is of no use to planner {self.kind}, whose box is given by span",
-                "leave it out",
-                optimizer.bounds.tolist(),
-            )
+        refuse_own_bounds(optimizer, self.kind, "span")
         self.span = angles("span", span)
         if not (self.span > 0).all():
             raise InvalidInputError("span", "must be greater than zero", "give half-widths in radians", span)

@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 FLOOR = 1e-12
 """Excess over the optimum below which values are rounding; a logarithmic axis ends here."""
 
+# What stands for the cost of a search that has found nothing yet. A quartile between a cost and it lies at least a
+# quarter of the way from the one to the other: beyond all costs too.
 _NOTHING = 1e300
+_BEYOND_COSTS = 0.01 * _NOTHING
 
 
 def draw_evolution(
@@ -63,5 +66,5 @@ def _quartiles(best: ArrayLike, optimum: float | None) -> tuple[np.ndarray, np.n
         values = np.maximum(values - optimum, FLOOR)
     # A search that has found nothing yet ranks last: the median begins where half of them have found something.
     ranked = np.percentile(np.where(np.isnan(values), _NOTHING, values), [25, 50, 75], axis=0)
-    low, middle, high = np.where(ranked < _NOTHING / 100, ranked, np.nan)
+    low, middle, high = np.where(ranked < _BEYOND_COSTS, ranked, np.nan)
     return low, middle, high

@@ -42,13 +42,13 @@ class BSplineProfile(LinearProfile):
     kind = "bspline"
 
     def __init__(self, n_u: int, coefficients: int, offset: Vector | None = None, end: Vector | None = None) -> None:
-        count = integer("n_u", n_u, 1, 1000)
+        n_u = integer("n_u", n_u, 1, 1000)
         self.count = integer("coefficients", coefficients, FEWEST_COEFFICIENTS, MOST_COEFFICIENTS)
-        self.offset = None if offset is None else read_only(angles("offset", offset, count))
-        self._end = None if end is None else read_only(angles("end", end, count))
+        self.offset = None if offset is None else read_only(angles("offset", offset, n_u))
+        self._end = None if end is None else read_only(angles("end", end, n_u))
         ends = {0: self.offset, self.count - 1: self._end}
         fixed = {k: value for k, value in ends.items() if value is not None}
-        super().__init__(tuple(f"c{i + 1}" for i in range(self.count)), fixed, count)
+        super().__init__(tuple(f"c{i + 1}" for i in range(self.count)), fixed, n_u)
         inner = np.linspace(0.0, 1.0, self.count - _DEGREE + 1)
         self.knots = read_only(np.concatenate([np.zeros(_DEGREE), inner, np.ones(_DEGREE)]))
 
@@ -91,4 +91,4 @@ class BSplineProfile(LinearProfile):
         """
         centre = np.zeros(self.n_u) if self.offset is None else self.offset
         rows = np.stack([centre - span, centre + span], axis=-1)
-        return np.repeat(rows, len(self._free), axis=0)
+        return np.repeat(rows, len(self.free), axis=0)

@@ -24,16 +24,21 @@ class LinearProfile(Profile):
     fixed : mapping of int to array, shape (n_u,)
         Columns whose coefficients are given.
     n_u : int
+
+    Attributes
+    ----------
+    free : array of int
+        Columns whose coefficients are chosen.
     """
 
     def __init__(self, names: tuple[str, ...], fixed: Mapping[int, FloatArray], n_u: int) -> None:
         self._n_u = n_u
-        self._free = np.array([k for k in range(len(names)) if k not in fixed], dtype=np.intp)
+        self.free = np.array([k for k in range(len(names)) if k not in fixed], dtype=np.intp)
         self._coefficients = np.zeros((n_u, len(names)))
         for k, column in fixed.items():
             self._coefficients[:, k] = column
-        free = [names[k] for k in self._free]
-        self._names = tuple(free if n_u == 1 else [f"{name}_{j + 1}" for j in range(n_u) for name in free])
+        chosen = [names[k] for k in self.free]
+        self._names = tuple(chosen if n_u == 1 else [f"{name}_{j + 1}" for j in range(n_u) for name in chosen])
         self._known: dict[int, tuple[FloatArray, FloatArray]] = {}
 
     @property
@@ -57,7 +62,7 @@ class LinearProfile(Profile):
     def coefficients(self, a: FloatArray) -> FloatArray:
         """Return all c, the fixed ones too, for free ones a (..., d), as shape (..., n_u, m)."""
         every = np.broadcast_to(self._coefficients, (*a.shape[:-1], *self._coefficients.shape)).copy()
-        every[..., self._free] = a.reshape(*a.shape[:-1], self._n_u, len(self._free))
+        every[..., self.free] = a.reshape(*a.shape[:-1], self._n_u, len(self.free))
         return every
 
     def _evaluate(self, a: FloatArray, r: FloatArray, order: int) -> FloatArray:

@@ -42,7 +42,7 @@ def _at_printed(label: str) -> Case | None:
 
 
 def results_of_6r(study: Study) -> dict[str, Any]:
-    """Return what the modules' motions cost together, the best of them checked, and what they cost too much."""
+    """Return what the modules' motions cost together, the best of them checked, and what motions bound less cost."""
     six = study.six
     return {
         "offset_fixed": seed_6r.OFFSET[0],

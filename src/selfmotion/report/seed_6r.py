@@ -7,10 +7,11 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from selfmotion._types import FloatArray
-from selfmotion.arms import JointLimits, PlanarArm
+from selfmotion.arms import PlanarArm
 from selfmotion.optimizers import DifferentialEvolution, Progress
 from selfmotion.paths import Bezier, Clothoid
 from selfmotion.planners import Candidates, Modules, MovingBase, Plan, Refine, module_problems
+from selfmotion.planners.chain import module_arms
 from selfmotion.planners.modules import ModuleCandidates
 from selfmotion.problem import Problem
 from selfmotion.profiles import SinusoidProfile
@@ -33,8 +34,6 @@ PRINTED_MOVING = {
 
 READINGS: dict[str, Literal["absolute", "relative"]] = {"absolute": "absolute", "true": "relative"}
 """How the fourth joint may count: as the direction of its link (Fig. 17), or as the angle that it turns."""
-
-
 NAMES = ("fixed base", "moving base", "moving base, true joints")
 """Of the searches: the first module's, and the second one's in both readings."""
 
@@ -116,7 +115,7 @@ def true_joints(carrier: float) -> Case:
     """Return the search of the second module in true joints, the first one moving with frequency `carrier`."""
 
     def candidates() -> Candidates:
-        limits = JointLimits(arm().limits.as_list()[3:], 3)
+        limits = module_arms(arm())[1].limits
         return ModuleCandidates(
             modules()[1], _profile(1), 0, limits, lambda r: _profile(0)([carrier], r)[:, 0], absolute=False
         )

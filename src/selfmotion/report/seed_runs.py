@@ -1,7 +1,8 @@
 """The optimizers over many seeds on a case of the paper, and on a copy of it whose variable is shifted.
 
 The shifted copy searches y = f − c, c the middle of the box, for the same F. A method that does not care where the
-origin lies does as well on both; one that is drawn to the origin does not, and here the best f lies near it.
+origin lies does as well on both; one that is drawn to the origin does not. In each case the best f lies near it, in a
+box from 0 to 15: at 0.54 for the 3R arm, at 0.59 for the module on the fixed base, at 0 for that on the moving base.
 """
 
 from __future__ import annotations
