@@ -149,9 +149,10 @@ class NothingFeasibleError(SelfMotionError):
     remedy : str
         What to change.
     evaluations : int
-        Candidates that were judged.
+        Candidates that were judged, or iterations that were made.
     least_violation : float
-        How far the best of them left the angle domain.
+        How far the best of them left the angle domain; of starts that were led along the path, the part of it that was
+        left.
     """
 
     def __init__(self, message: str, remedy: str, evaluations: int, least_violation: float) -> None:

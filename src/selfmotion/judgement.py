@@ -152,7 +152,7 @@ def judge(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Tolerances |
     """
     motion = measured(problem, r, q, tolerances)
     r, q, allowed = motion.r, motion.q, motion.allowed
-    checks = (_coverage, _tracking, _limits, _continuity, _elbow, _ends, _closure)
+    checks = (_coverage, _tracking, _limits, _continuity, _elbow, _ends)
     return Judgement(
         max_tracking_error=float(motion.miss.max()),
         max_tracking_error_between=float(motion.between.max()),
@@ -249,7 +249,4 @@ def _elbow(motion: Sampled) -> Iterator[Failure]:
 
 def _ends(motion: Sampled) -> Iterator[Failure]:
     yield from end_failures(motion.problem, motion.q)
-
-
-def _closure(motion: Sampled) -> Iterator[Failure]:
     yield from closure_failures(motion.problem, motion.q)

@@ -84,8 +84,8 @@ class Objective(ABC):
             θ' [rad].
         weights : array, shape (n,)
         width : float
-            Rates below which a kink is rounded; the density grows by at most this times the weights' sum. Without
-            effect on a density without kinks.
+            Rates below which a kink is rounded, weighted ones for l2. The density grows by at most this, times the
+            weights' sum for l1. Without effect on a density without kinks.
 
         Returns
         -------

@@ -51,7 +51,7 @@ class Plan:
     parameters : dict
         What the planner chose, and with which settings.
     evaluations : int
-        Candidates that were judged on the way.
+        Candidates that were judged on the way, or iterations that were made.
     wall_time_s : float
     history : tuple of History
         How the search went, one history per branch searched.

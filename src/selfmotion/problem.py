@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,6 +23,8 @@ from selfmotion.paths import Path
 MAX_SAMPLES = 1_000_000
 # A posture given by its joints must have the tool on the path to this part of the reach.
 _ON_PATH = 1e-6
+ANGLE = 1e-6
+"""Error of an angle that is still the angle asked for [rad]."""
 # A posture may stand on a limit up to rounding.
 _ON_LIMIT = 1e-9
 _LOOK_AT = 1000
@@ -105,6 +108,12 @@ class Problem:
     def __repr__(self) -> str:
         return f"Problem({self.arm!r}, {self.path!r}, elbow={self.elbow!r}, objective={self.objective.kind!r})"
 
+    def without(self, constraint: Literal["start", "end", "cyclic"]) -> Problem:
+        """Return the same problem without one of the constraints on its ends."""
+        other = copy.copy(self)
+        setattr(other, constraint, False if constraint == "cyclic" else None)
+        return other
+
     @property
     def elbow_branches(self) -> list[int]:
         """Indices of the branches that a motion may use somewhere."""
@@ -158,7 +167,7 @@ class Problem:
         if self.start.q is not None and self.end.q is not None:
             steps = self.arm.limits.steps if self.cyclic == "modulo" else np.subtract
             apart = np.abs(steps(self.end.q, self.start.q)).max()
-        if apart > _ON_PATH:
+        if apart > ANGLE:
             reason = f"differs from start by {apart:.6g} rad, and a cyclic motion ends where it starts"
             raise InvalidInputError("end", reason, "leave one of the two out, or set cyclic: false")
 

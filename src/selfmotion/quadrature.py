@@ -45,7 +45,7 @@ _GAUSS[1::2] = _HALF_GAUSS[:-1] + _HALF_GAUSS[::-1]
 _GAUSS16_NODES, _GAUSS16_WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 _MAX_ROUNDS = 60
-_MAX_PANELS = 40_000
+_MAX_PANELS = 40_000  # smooth integrands take tens; where this many do not help, rounding is all there is to find
 
 
 class Integral(NamedTuple):

@@ -9,14 +9,12 @@ import numpy as np
 
 from selfmotion._types import FloatArray, IntArray
 from selfmotion.angles import wrap
-from selfmotion.problem import Problem
+from selfmotion.problem import ANGLE, Problem
 
 TRACKING = 1e-9
 """Tracking error allowed of a computed motion, as a part of the reach."""
 LIMIT = 1e-9
 """Overrun of a joint limit allowed [rad]."""
-ANGLE = 1e-6
-"""Error of an angle that is still the angle asked for [rad]."""
 JUMP = 1e-3
 """A joint step that stays larger than this however closely one looks is a jump [rad]."""
 
@@ -43,7 +41,7 @@ class Failure:
     joint : int or None
         Joint concerned, counted from 1.
     row : int or None
-        Data row of a trajectory file, counted from 1.
+        Data row of a trajectory file, counted from 1; the last one where a motion does not close.
     """
 
     check: str

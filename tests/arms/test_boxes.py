@@ -27,7 +27,7 @@ def test_a_free_joint_is_given_the_half_turn_that_is_asked_for(limits):
     arm = sm.PlanarArm([1, 1, 1], [None, limits, None])
     for elbow, sign in (("positive", 1), ("negative", -1)):
         for around in (0.0, 1.5, -1.5, 2 * np.pi + 1.5, 40.0):
-            (box,) = arm.boxes(elbow, around)
+            (box,) = arm.boxes(elbow, [0, around, 0])
             assert box.upper[1] - box.lower[1] == pytest.approx(np.pi)
             middle = 0.5 * (box.lower[1] + box.upper[1])
             assert sign * np.sin(middle) == pytest.approx(1.0)
@@ -40,7 +40,7 @@ def test_many_half_turns_are_those_around_an_angle(limits):
     lower, upper = arm.limits.lower[1], arm.limits.upper[1]
     for elbow, sign in (("positive", 1), ("negative", -1)):
         for around in (np.clip(0.0, lower, upper), np.clip(20.0, lower, upper)):
-            boxes = arm.boxes(elbow, float(around))
+            boxes = arm.boxes(elbow, [0, around, 0])
             angles = np.linspace(max(lower, around - 9), min(upper, around + 9), 1000)
             inside = [((angles >= box.lower[1]) & (angles <= box.upper[1])) for box in boxes]
             clear = np.abs(np.sin(angles)) > 1e-12

@@ -291,7 +291,7 @@ def test_the_same_seed_gives_the_same_bits_and_another_the_same_optimum(seed_arm
 
 def test_it_says_why_it_stopped(seed_arm, seed_path, best_3r):
     assert best_3r.parameters["stopped"] == (
-        "8 starts ended in 1 optimum, and less than half a one is expected to be unseen"
+        "8 starts ended in 1 optimum, and less than half an optimum is expected unseen"
     )
     late = sm.plan(sm.Problem(seed_arm, seed_path), sm.Refine(starts=1000, time_limit=0.01))
     assert late.parameters["stopped"] == "the time limit of 0.01 s passed"

@@ -20,7 +20,7 @@ MOST_RATIO = 1e12
 # Distance beyond reach that rounding of x alone explains; postures within it are stretched onto the fold.
 _REACH_ROUNDING = 1e-13
 _SIGNS = (1.0, -1.0)
-_MOST_HALF_TURNS = 8
+_MOST_HALF_TURNS = 8  # an arm's joint makes two or three turns; more are not told apart by any task
 
 
 class PlanarArm:
@@ -321,14 +321,14 @@ class PlanarArm:
         sign = _SIGNS[branch_index(self.branches, branch)]
         return np.asarray(sign * np.sin(self._joints(q)[..., 1]) >= -tolerance)
 
-    def boxes(self, elbow: str = "any", around: float = 0.0) -> list[JointBox]:
+    def boxes(self, elbow: str = "any", around: ArrayLike | None = None) -> list[JointBox]:
         """Return the joint limits, narrowed to one elbow: to half turns of joint 2.
 
         Parameters
         ----------
         elbow : {"any", "positive", "negative"}
-        around : float
-            Angle of joint 2 [rad] near which half turns are wanted, if there are many.
+        around : array_like, shape (n,), optional
+            Posture near which half turns are wanted, if there are many; else those near zero are returned.
 
         Returns
         -------
@@ -341,7 +341,8 @@ class PlanarArm:
             return [whole]
         low, high = whole.lower[1], whole.upper[1]
         middle = 0.5 * np.pi * _SIGNS[branch_index(self.branches, elbow)]
-        nearest = np.rint((np.clip(around, low, high) - middle) / TAU)
+        angle = 0.0 if around is None else float(self._joints(around)[1])
+        nearest = np.rint((np.clip(angle, low, high) - middle) / TAU)
         count = 1 if np.isinf([low, high]).all() else _MOST_HALF_TURNS
         found = []
         for turn in sorted(nearest + np.arange(-count, count + 1), key=lambda turn: abs(turn - nearest)):

@@ -160,7 +160,7 @@ class RedundantArm(Protocol):
         """Return the change of :meth:`jacobian` along dq, shape (..., tasks, n)."""
         ...
 
-    def boxes(self, elbow: str = "any", around: float = 0.0) -> list[JointBox]:
+    def boxes(self, elbow: str = "any", around: ArrayLike | None = None) -> list[JointBox]:
         """Return the joint limits, narrowed to one elbow, in several pieces if it has them."""
         ...
 

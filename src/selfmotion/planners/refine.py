@@ -6,7 +6,7 @@ import copy
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any, NoReturn, Self
+from typing import Any, Literal, NoReturn, Self
 
 import numpy as np
 
@@ -27,11 +27,19 @@ _COARSE = 48  # spans that starts are compared on
 _MOST_SPANS = 400
 _MOST_CORNERS = 48
 _JUST_BEFORE = 1e-9  # a corner, in r
+_TURN = 1e-3  # change of x' at a corner, as a part of the path's length
 _LOOKED_AT = 400  # parts of the path that an initial planner's motion is looked at
 _AT_THE_RIM = 1e-6  # parts of the reach within which the arm has no room left to move
+_ENDS: tuple[Literal["start", "end", "cyclic"], ...] = (
+    "start",
+    "end",
+    "cyclic",
+)  # what an initial planner need not keep
 _FOLLOWERS = (8, 64)  # least and most postures led along the path at once
 _LEVELS = 8
-_REFINED = 3  # optima that are refined to the end, at most
+_ROUGH = 1e-6  # correction [rad] of spans that are bisected, or those corrected by half the largest if that is less
+_COARSE_TOLERANCE = 1e-7  # of Newton's method on the coarse level
+_REFINED = 3  # optima that are refined to the end, at most, once one of them holds
 _CAUTION = 10.0  # times as much as refinement changed one cost it may change another
 _CAUTION_WITH_KINKS = 0.3  # what rounding off a kink changes, it changes of all costs alike
 # Two optima are one if their costs agree to this part and their joints to this angle [rad].
@@ -92,10 +100,11 @@ class Refine(Planner):
     seed : int
         Of the random starts.
     tolerance : float
-        Relative change of the cost from one level of knots to the next at which refinement stops; for l1 and l2 at
-        least 1e-4.
+        Relative change of the cost from one level of knots to the next at which refinement stops, at 400 spans at the
+        latest; for l1 and l2 at least 1e-4.
     time_limit : float
-        Seconds after which the best motion so far is the answer.
+        Seconds after which the best motion so far is the answer. The first start is always tried, and neither the
+        initial planner nor the search for starts is interrupted.
 
     Raises
     ------
@@ -206,7 +215,7 @@ class _Search:
             self._add(start, space)
             if self._hardly_one_is_unseen():
                 seen = "1 optimum" if self._seen == 1 else f"{self._seen} optima"
-                return f"{self.ended} starts ended in {seen}, and less than half a one is expected to be unseen"
+                return f"{self.ended} starts ended in {seen}, and less than half an optimum is expected unseen"
             if self.progress is not None:
                 best = min((optimum.cost for optimum in self.optima), default=np.inf)
                 self.progress(self.tried, self.planner.starts, best)
@@ -230,10 +239,8 @@ class _Search:
 
     def _initial_start(self, planner: Planner) -> Iterator[Start]:
         """Yield the initial planner's motion; what it cannot keep of the ends is added to it."""
-        free = copy.copy(self.problem)
-        free.end, free.cyclic = None, False
         try:
-            plan = self._planned(planner, free)
+            plan = self._planned(planner)
         except NothingFeasibleError as error:
             self.initial = {"kind": planner.kind, "failed": error.message}
             return
@@ -241,18 +248,19 @@ class _Search:
         r = self.problem.path.grid(_LOOKED_AT)
         yield start_from(self.problem, plan(r), r)
 
-    @staticmethod
-    def _planned(planner: Planner, problem: Problem) -> Plan:
-        """Plan with the initial planner, without the start if it cannot keep one."""
-        try:
-            return planner.plan(problem)
-        except InvalidInputError as error:
-            if error.field == "start":
-                problem.start = None
+    def _planned(self, planner: Planner) -> Plan:
+        """Plan with the initial planner, without those of the ends' constraints that it cannot keep."""
+        problem = self.problem
+        while True:
+            try:
                 return planner.plan(problem)
-            raise InvalidInputError(
-                "planner.initial", f"cannot plan this problem: {error.field} {error.reason}", error.remedy
-            ) from None
+            except InvalidInputError as error:
+                refused = [name for name in _ENDS if name == error.field and getattr(problem, name)]
+                if not refused:
+                    raise InvalidInputError(
+                        "planner.initial", f"cannot plan this problem: {error.field} {error.reason}", error.remedy
+                    ) from None
+                problem = problem.without(refused[0])
 
     def _corners(self) -> FloatArray:
         """Return where the path turns sharply, so that knots are put there: the sharpest corners if there are many."""
@@ -261,7 +269,8 @@ class _Search:
             return breaks
         before = np.maximum(breaks - _JUST_BEFORE, 0.0)
         turn = np.linalg.norm(path(breaks, 1) - path(before, 1), axis=1)
-        return np.sort(breaks[np.argsort(-turn, kind="stable")[:_MOST_CORNERS]])
+        sharp = np.argsort(-turn, kind="stable")[:_MOST_CORNERS]
+        return np.sort(breaks[sharp[turn[sharp] > _TURN * path.length]])
 
     def _collocation(self, start: Start, space: SplineSpace, width: float) -> Collocation:
         problem, weights = self.problem, self.problem.weights / self._scale
@@ -275,7 +284,9 @@ class _Search:
         collocation = self._collocation(start, space, _WIDTH)
         at = space.collocation
         sampled = np.stack([np.interp(at, start.r, joint) for joint in start.q.T], axis=-1)
-        minimum = minimise(collocation, space.interpolating(sampled), tolerance=1e-7, deadline=self.deadline)
+        minimum = minimise(
+            collocation, space.interpolating(sampled), tolerance=_COARSE_TOLERANCE, deadline=self.deadline
+        )
         if minimum is None:
             return
         self.iterations += minimum.iterations
@@ -302,7 +313,7 @@ class _Search:
             cost = self._cost_of(motion)
             settled = abs(cost - before) <= tolerance * cost or abs(cost - optimum.cost) <= 0.1 * tolerance * cost
             correction = _corrections(motion)
-            rough = correction > min(self.planner.tolerance, 0.5 * correction.max())
+            rough = correction > min(_ROUGH, 0.5 * correction.max())
             if width <= _NARROWEST and (settled or len(rough) + rough.sum() > _MOST_SPANS):
                 break
             finer = space.bisected(rough) if len(rough) + rough.sum() <= _MOST_SPANS else space
@@ -314,8 +325,7 @@ class _Search:
                 break
             self.iterations += minimum.iterations
             optimum = _Optimum(optimum.start, collocation, minimum.c, minimum.cost * self._scale, optimum.found)
-        optimum.cost = self._cost_of(optimum.motion)
-        return optimum
+        return replace(optimum, cost=self._cost_of(optimum.motion))
 
     def _cost_of(self, motion: ClosedSpline) -> float:
         """Return the true cost of a motion, by the quadrature of its spline."""

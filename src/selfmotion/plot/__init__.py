@@ -19,7 +19,7 @@ from selfmotion.plot.joints import draw_joints
 from selfmotion.plot.modules import draw_modules
 from selfmotion.plot.path import draw_path, draw_postures
 from selfmotion.plot.spread import draw_spread
-from selfmotion.plot.style import figure, image_files, rendered
+from selfmotion.plot.style import COLUMN, figure, image_files, rendered
 from selfmotion.plot.sweep import draw_extreme_postures, draw_posture_interval, draw_sweep
 from selfmotion.plot.workspace import draw_workspace
 from selfmotion.problem import Problem
@@ -37,13 +37,11 @@ def plan_figures(plan: Plan) -> dict[str, bytes]:
     if plan.problem.arm.n_u == 1:
         r = plan.problem.rows
         domain = angle_domain(plan.problem.arm, plan.problem.path)
-        on = plan.problem.arm.branch_of(plan(r))
+        on, u = plan.problem.arm.branch_of(plan(r)), plan.u(r)[:, 0]
         used = np.unique(on)
-        with figure(width=3.5 * len(used), columns=len(used)) as (canvas, panels):
+        with figure(width=COLUMN * len(used), columns=len(used)) as (canvas, panels):
             for branch, axes in zip(used, panels, strict=True):
-                draw_domain(
-                    axes, domain, int(branch), {"this plan": (r, np.where(on == branch, plan.u(r)[:, 0], np.nan))}
-                )
+                draw_domain(axes, domain, int(branch), {"this plan": (r, np.where(on == branch, u, np.nan))})
             files |= image_files("motion_in_domain", canvas)
     return files
 

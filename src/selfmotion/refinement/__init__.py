@@ -1,4 +1,4 @@
-"""Shortest motions near a given one, in joint space: any arm, any degree of redundancy.
+"""Shortest motions near a given one, in joint space, at any degree of redundancy.
 
 ``min ∫ c(s'(r)) dr`` over the coefficients of a joint-space spline s, with the task kept at collocation points and the
 joint limits at every coefficient. In joint space neither a fold nor a limit is special: motions cross the one and
@@ -9,8 +9,18 @@ from __future__ import annotations
 
 from selfmotion.refinement.closing import ClosedSpline
 from selfmotion.refinement.collocation import Collocation
-from selfmotion.refinement.follow import followed
 from selfmotion.refinement.newton import Minimum, minimise
 from selfmotion.refinement.spline import Ends, SplineSpace
+from selfmotion.refinement.starts import Start, random_starts, start_from
 
-__all__ = ["ClosedSpline", "Collocation", "Ends", "Minimum", "SplineSpace", "followed", "minimise"]
+__all__ = [
+    "ClosedSpline",
+    "Collocation",
+    "Ends",
+    "Minimum",
+    "SplineSpace",
+    "Start",
+    "minimise",
+    "random_starts",
+    "start_from",
+]

@@ -14,11 +14,11 @@ from selfmotion.paths import Path
 from selfmotion.paths.base import path_parameter
 from selfmotion.refinement.spline import SplineSpace
 
-# Joints nearer to a limit than about this are moved less [rad]; corrections are far smaller.
+# Joints nearer to a limit than about this are moved less [rad]: far more than corrections are, which so change little.
 _SOFT = 0.05
-_EXACT = 1e-15
-_MOST_STEPS = 30
-_NODES_PER_SPAN = 8
+_EXACT = 1e-15  # tracking at which nothing is left to gain, as a part of the reach
+_MOST_STEPS = 30  # of Newton's method; four are usual
+_NODES_PER_SPAN = 8  # at which the turns of u are counted
 
 
 class _Closed(NamedTuple):
@@ -47,15 +47,14 @@ class ClosedSpline:
     -----
     Joint by joint ``g(v; a) = a v/√((a + ρ)² + v²)`` with ``a = (s − lower)(upper − s)/(upper − lower)``, the room that
     the joint has, and ρ = 0.05 rad; a free joint has g = v. Since ``|g| < a`` no correction, however large, breaks a
-    limit, and a joint on its limit stays there: limits hold by construction, not by a check. The motion is as smooth as
-    s and x are, wherever the arm is not singular.
+    limit, and a joint on its limit stays there: limits hold by construction, not by a check. With one limit only, a is
+    the distance to it. The motion is as smooth as s and x are, wherever the arm is not singular.
     """
 
     def __init__(
         self, arm: RedundantArm, path: Path, space: SplineSpace, coefficients: FloatArray, box: JointBox
     ) -> None:
         self.arm, self.path, self.space, self.box = arm, path, space, box
-        self.coefficients = coefficients
         self._spline = space.spline(coefficients)
         both = np.isfinite(box.lower) & np.isfinite(box.upper)
         self._width = np.where(both, box.upper - np.where(both, box.lower, 0.0), np.inf)
@@ -154,7 +153,7 @@ def _slopes(v: FloatArray, a: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _solved(matrices: FloatArray, right: FloatArray) -> FloatArray:
-    """Solve small systems (k, t, t) for (k, t); a singular one gives no finite answer, or a huge one."""
+    """Solve small systems (k, t, t) for (k, t); if one is singular to the last bit, all by least squares."""
     try:
         return np.asarray(np.linalg.solve(matrices, right[:, :, None])[:, :, 0])
     except np.linalg.LinAlgError:

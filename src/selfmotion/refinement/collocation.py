@@ -34,6 +34,8 @@ class Collocation:
     ----------
     points : array, shape (k,)
         Collocation points at which the task must be kept; where a posture is fixed it is kept already.
+    values : array, shape (k, f)
+        The unknowns' basis functions at these points: joints change by ``values @ d.T`` for a step d (n, f).
 
     Notes
     -----

@@ -8,14 +8,15 @@ from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms import JointBox, RedundantArm
 from selfmotion.paths import Path
 
-# Joints nearer to a limit than about this are moved less [rad].
+# Joints nearer to a limit than about this are moved less [rad]: steps are larger here than corrections of a spline are.
 _SOFT = 0.1
-_TO_LIMIT = 0.9
-_BOLDEST = 0.4
-_ON_TASK = 1e-9
-_CORRECTIONS = 6
+_TO_LIMIT = 0.9  # part of the way to a limit that one step may go
+_BOLDEST = 0.4  # largest change of a joint in one step [rad]
+_ON_TASK = 1e-9  # tracking, as a part of the reach
+_CORRECTIONS = 6  # Newton steps from one r to the next
 _HALVINGS = 5  # of a step that is too large
-_DAMPING = 1e-13  # part of the trace of J D Jᵀ
+_DAMPING = 1e-13  # part of the trace of J D Jᵀ, and of its least value that is told from zero
+_LEAST_TRACE = 1e-6  # of the square of the reach: all joints on their limits, all but none moves
 
 
 def followed(
@@ -33,7 +34,7 @@ def followed(
     drift : array, shape (p, n)
         Joint rates dθ/dr that the self-motion follows as far as the task allows; zero for the least joint motion.
     r : array, shape (k,)
-        Path parameters to pass, rising or falling.
+        Path parameters to pass, ascending.
 
     Returns
     -------
@@ -114,9 +115,9 @@ def on_task(
         lack = arm.task_residual(q, x) - (jacobian @ wish[:, :, None])[:, :, 0]
         square = weighted @ np.swapaxes(jacobian, 1, 2)
         size = np.trace(square, axis1=1, axis2=2)[:, None, None]
-        damped = square + _DAMPING * np.maximum(size, 1e-6 * arm.reach**2) * np.eye(square.shape[1])
+        damped = square + _DAMPING * np.maximum(size, _LEAST_TRACE * arm.reach**2) * np.eye(square.shape[1])
         step = wish + (np.swapaxes(weighted, 1, 2) @ np.linalg.solve(damped, lack[:, :, None]))[:, :, 0]
-        speed = np.where(step < 0, -step, step)
+        speed = np.abs(step)
         way = np.where(step < 0, below, above)
         with np.errstate(divide="ignore", invalid="ignore"):
             limit = np.where(speed > 0, _TO_LIMIT * way / speed, np.inf).min(axis=1)

@@ -7,10 +7,11 @@ Let c be the unknowns, f(c) the tool at the collocation points, F the cost. With
 every iterate keeps f(c) = x: a step d is tangent, ``A d = 0`` with A = ∂f/∂c, and is then carried back to the task.
 It minimises ``gᵀd + ½ dᵀHd``, H being the Hessian of the Lagrangian ``φ − λᵀ(f − x)`` with the barrier's part
 replaced by the primal-dual one (Wächter, Biegler 2006), by the conjugate gradients of Steihaug (1983) projected onto
-the tangents (Gould, Hribar, Nocedal 2001). The preconditioner P is H without the curvature of the task: one matrix per
-joint, so that ``S = A P⁻¹ Aᵀ``, of the size of the task, is all that couples the joints. What P leaves out is of order
-zero where P is of order two in d/dr; so the number of inner steps does not grow with the number of knots, and an
-iteration costs O(n).
+the tangents (Gould, Hribar, Nocedal 2001). The preconditioner P is H without the curvature of the task, plus the mass
+matrix, which makes it regular: one matrix per joint, so that ``S = A P⁻¹ Aᵀ``, of the size of the task, is all that
+couples the joints. What P leaves out is of order zero where P is of order two in d/dr; so the number of inner steps
+does not grow with the number of knots, and an iteration costs O(n). Densities with kinks have a part of their majorant
+added to H and P.
 """
 
 from __future__ import annotations
@@ -24,20 +25,27 @@ import numpy as np
 from selfmotion._types import FloatArray
 from selfmotion.refinement.collocation import Collocation
 
-# Tracking at the collocation points, as a part of the reach.
-_ON_TASK = 1e-13
-_LOST = 1e-10
-# Part of the way to a limit that one step may go.
-_TO_LIMIT = 0.99
-# Largest change of a joint in one step towards the task [rad], where the task is far from linear.
-_BOLDEST = 0.5
-_DAMPING = 0.1  # part of the majorant of a density with kinks that its Hessian is given
-_MASS = 1.0
-_INNER = 80
-_CORRECTIONS = 12
-_SHRINK = 0.15  # of μ
+_ON_TASK = 1e-13  # tracking at the collocation points, as a part of the reach: rounding of some links' sum
+_LOST = 1e-10  # tracking beyond which a start is given up
+_TO_LIMIT = 0.99  # part of the way to a limit that one step may go; all of it would end on the barrier's pole
+_TOWARDS_LIMIT = 0.9  # the same of steps towards the task, whose barrier is only there to keep clear of limits
+_BOLDEST = 0.5  # largest change of a joint in one step towards the task [rad]: beyond, sines are far from linear
+_MOST_TO_TASK = 60  # such steps; ten are usual
+_DAMPING = 0.1  # part of the majorant of a density with kinks that its Hessian is given; none and all are slower
+_MASS = 1.0  # of the mass matrix in P, for weights of 1: about as much as the task's curvature, which P leaves out
+_INNER = 80  # conjugate gradient steps; fewer than ten are usual
+_WANTED = 0.1  # part of the first residual's square at which they stop, times at most …
+_WANTED_FAR = 1e-2  # … this far from the minimum, and less near it, so that Newton's steps converge superlinearly
+_CORRECTIONS = 12  # steps back to the task; it is reached in three or too far
+_SHRINK = 0.15  # of μ, whenever its minimum is reached to a tenth of it
 _NOISE = 1e-14  # part of the cost that is rounding
 _STUCK = 1e-9  # radius of the trust region below which nothing more is gained
+_MULTIPLIER = 1e8  # times that limits' multipliers may be off their central values (Wächter, Biegler 2006)
+_RIDGE = 1e-13  # part of the diagonal of S that is added to it
+# The trust region (Conn, Gould, Toint 2000, 6.1.1): parts of what the model promised at which a step is taken at all,
+# at which the region shrinks and at which it grows, and how it does.
+_ACCEPT, _POOR, _GOOD = 0.05, 0.25, 0.75
+_GROW, _LESS, _AFTER_FAILURE = 2.5, 0.4, 0.3
 _EDGE = 1e-3  # a start that leaves the limits is moved inside by this part of their width
 _LEAST_EDGE = 1e-10  # but by no less than this, unless they leave less room [rad]
 
@@ -52,7 +60,8 @@ class Minimum(NamedTuple):
     cost : float
     iterations : int
     converged : bool
-        Whether the Newton decrement is below what was asked for; else iterations or time ran out, or nothing is gained.
+        Whether the Newton decrement is below what was asked for; else iterations or time ran out, nothing was gained
+        any more, or matrices became singular.
     """
 
     c: FloatArray
@@ -84,7 +93,7 @@ class _Linear:
                 schur[:, b, :, a] = block.T
         square = schur.reshape(k * tasks, k * tasks)
         # Where the arm is stretched out the tool cannot move along it: a ridge far below anything that matters.
-        square[np.diag_indices(k * tasks)] *= 1 + 1e-13
+        square[np.diag_indices(k * tasks)] *= 1 + _RIDGE
         self._schur = cho_factor(square, overwrite_a=True, check_finite=False)
 
     def at(self, q: FloatArray) -> _Linear:
@@ -177,7 +186,7 @@ class _Barrier:
             room = np.where(change < 0, -self.z / change, np.inf).min(initial=np.inf)
         self.z += min(1.0, _TO_LIMIT * room) * change
         centred = mu / self.distances(after)
-        self.z = np.clip(self.z, 1e-8 * centred, 1e8 * centred)
+        self.z = np.clip(self.z, centred / _MULTIPLIER, centred * _MULTIPLIER)
 
 
 class _Iterate:
@@ -215,7 +224,7 @@ class _Iterate:
         steepest = linear.tangent(residual)
         direction = -steepest
         product = float((residual * steepest).sum())
-        wanted = 0.1 * product * min(1e-2, np.sqrt(product))
+        wanted = _WANTED * product * min(_WANTED_FAR, np.sqrt(product))
         for _ in range(_INNER):
             bent = self.hessian(direction)
             curvature = float((direction * bent).sum())
@@ -268,36 +277,35 @@ def minimise(
     barrier = _Barrier(problem, c, mu)
     floor = tolerance * max(problem.cost(c), 1e-300)
     least = floor / barrier.count if barrier.count else mu
-    radius = 1.0
-    for iteration in range(most):
-        if time.perf_counter() > deadline:
-            break
+    radius, iteration = 1.0, 0
+    while iteration < most and time.perf_counter() < deadline:
         try:
             iterate = _Iterate(problem, barrier, c, mu)
         except np.linalg.LinAlgError:  # beyond what doubles can tell apart: the last motion stands
             break
-        while iterate.decrement <= max(floor, 0.1 * mu if barrier.count else 0.0):
+        if iterate.decrement <= max(floor, 0.1 * mu if barrier.count else 0.0):
             if mu <= least:
                 return Minimum(c, problem.cost(c), iteration, True)
             mu = max(_SHRINK * mu, least)
-            iterate = _Iterate(problem, barrier, c, mu)
+            continue
+        iteration += 1
         step, at_edge = iterate.step(radius)
         step *= min(1.0, _TO_LIMIT * barrier.room(c, step))
         before, promised = problem.cost(c) + barrier.value(c, mu), iterate.promised(step)
         after = _carried(problem, iterate.linear, c + step)
         gained = -np.inf if after is None else before - problem.cost(after) - barrier.value(after, mu)
-        if after is not None and (gained > 0.05 * promised or abs(gained) <= _NOISE * abs(before)):
+        if after is not None and (gained > _ACCEPT * promised or abs(gained) <= _NOISE * abs(before)):
             barrier.advance(c, step, after, mu)
             c = after
-            if at_edge and gained > 0.75 * promised:
-                radius *= 2.5
-            elif gained < 0.25 * promised:
-                radius *= 0.4
+            if at_edge and gained > _GOOD * promised:
+                radius *= _GROW
+            elif gained < _POOR * promised:
+                radius *= _LESS
         else:
-            radius = 0.3 * min(radius, np.sqrt(iterate.linear.product(step, step)))
+            radius = _AFTER_FAILURE * min(radius, np.sqrt(iterate.linear.product(step, step)))
             if radius < _STUCK:
                 break
-    return Minimum(c, problem.cost(c), most, False)
+    return Minimum(c, problem.cost(c), iteration, False)
 
 
 def _with_diagonal(matrices: FloatArray, diagonal: FloatArray) -> FloatArray:
@@ -315,11 +323,11 @@ def _inside(problem: Collocation, c: FloatArray) -> FloatArray:
     return np.clip(c, lower + edge, upper - edge)
 
 
-def _to_task(problem: Collocation, c: FloatArray, mu: float, most: int = 60) -> FloatArray | None:
+def _to_task(problem: Collocation, c: FloatArray, mu: float) -> FloatArray | None:
     """Return motion c moved onto the task inside the limits, by Newton steps that are short near the limits."""
     nodes = np.ones((len(problem.space.nodes), problem.arm.n))
     plain, barrier = problem.stiffness(nodes, 1.0), _Barrier(problem, c, mu)
-    for _ in range(most):
+    for _ in range(_MOST_TO_TASK):
         q = problem.postures(c)
         if problem.miss(q) <= _ON_TASK:
             return c
@@ -330,7 +338,7 @@ def _to_task(problem: Collocation, c: FloatArray, mu: float, most: int = 60) -> 
             return None
         step = linear.towards(problem.lack(q))
         boldest = np.abs(problem.values @ step.T).max(initial=1e-300)
-        c = c + min(1.0, 0.9 * barrier.room(c, step), _BOLDEST / boldest) * step
+        c = c + min(1.0, _TOWARDS_LIMIT * barrier.room(c, step), _BOLDEST / boldest) * step
     return c if problem.miss(problem.postures(c)) <= _LOST else None
 
 

@@ -11,7 +11,7 @@ from selfmotion._types import FloatArray, IntArray
 from selfmotion.angles import TAU, nearest_turn
 from selfmotion.arms import JointBox
 from selfmotion.paths import Reversed
-from selfmotion.problem import Posture, Problem
+from selfmotion.problem import ANGLE, Posture, Problem
 from selfmotion.refinement.follow import followed, on_task
 from selfmotion.refinement.spline import Ends
 
@@ -23,7 +23,6 @@ _LOCKED = 5e-10  # half-width given to a joint whose limits leave it none [rad]
 _DRIFT = 3.0  # standard deviation of the random self-motion, at most [rad along the path]
 _MOST_TURNS = 4
 _MOST_POSTURES = 64
-_SAME_POSTURE = 1e-6  # as two fixed ends of a cyclic motion [rad]
 _ON_LIMIT = 1e-9  # a posture may be given on a limit up to rounding [rad]
 
 
@@ -50,20 +49,6 @@ class Start:
     reached: float
 
 
-def boxes_of(problem: Problem) -> list[JointBox]:
-    """Return the joint limits by elbow, each joint with room to move: a locked one is given ±5e-10 rad."""
-    given = next((p.q[1] for p in (problem.start, problem.end) if p is not None and p.q is not None), 0.0)
-    found = []
-    for box in problem.arm.boxes(problem.elbow, float(given)):
-        locked = box.upper - box.lower < 2 * _LOCKED
-        lower, upper = (
-            np.where(locked, box.lower - _LOCKED, box.lower),
-            np.where(locked, box.upper + _LOCKED, box.upper),
-        )
-        found.append(JointBox(lower, upper))
-    return found
-
-
 def random_starts(problem: Problem, rng: np.random.Generator, count: int = 64) -> Iterator[Start]:
     """Yield motions to start from, those that could be led along the whole path first.
 
@@ -84,13 +69,13 @@ def random_starts(problem: Problem, rng: np.random.Generator, count: int = 64) -
     inverse kinematics, with a random constant drift of the self-motion; the first by the least joint motion, without
     any. What is asked of the other end is reached by adding a straight line.
     """
-    boxes = boxes_of(problem)
+    boxes = _boxes(problem)
+    ends = [_fixed_ends(problem, box) for box in boxes]
     broken: list[Start] = []
     for pool in range(_TRIES):
         whole: list[Start] = []
-        for box in boxes:
-            starts, ends = fixed_ends(problem, box)
-            for start in _pool(problem, rng, box, starts, ends, max(count // len(boxes), _LEAST_POOL), pool == 0):
+        for box, fixed in zip(boxes, ends, strict=True):
+            for start in _pool(problem, rng, box, *fixed, max(count // len(boxes), _LEAST_POOL), pool == 0):
                 (whole if start.reached == 1.0 else broken).append(start)
         yield from (whole[k] for k in _mixed(rng, len(whole)))
     broken.sort(key=lambda start: -start.reached)
@@ -113,12 +98,23 @@ def start_from(problem: Problem, q: FloatArray, r: FloatArray) -> Start:
     Start
         In the elbow that the motion is in most, with straight lines added so that it ends where the problem wants it.
     """
-    excess = [np.maximum(np.maximum(box.lower - q, q - box.upper), 0.0).sum() for box in boxes_of(problem)]
-    box = boxes_of(problem)[int(np.argmin(excess))]
-    starts, ends = fixed_ends(problem, box)
+    boxes = _boxes(problem)
+    excess = [np.maximum(np.maximum(box.lower - q, q - box.upper), 0.0).sum() for box in boxes]
+    box = boxes[int(np.argmin(excess))]
+    starts, ends = _fixed_ends(problem, box)
     q = problem.arm.limits.continuous(q)
     start, end = _nearest(problem, q[0], starts) if starts else None, _nearest(problem, q[-1], ends) if ends else None
     return _with_ends(problem, box, r, q, 1.0, start, end)
+
+
+def _boxes(problem: Problem) -> list[JointBox]:
+    """Return the joint limits by elbow, each joint with room to move: a locked one is given ±5e-10 rad."""
+    given = next((posture.q for posture in (problem.start, problem.end) if posture is not None), None)
+    found = []
+    for box in problem.arm.boxes(problem.elbow, given):
+        less = np.where(box.upper - box.lower < 2 * _LOCKED, _LOCKED, 0.0)
+        found.append(JointBox(box.lower - less, box.upper + less))
+    return found
 
 
 def _mixed(rng: np.random.Generator, count: int) -> IntArray:
@@ -126,7 +122,7 @@ def _mixed(rng: np.random.Generator, count: int) -> IntArray:
     return np.concatenate([np.arange(min(count, 1)), 1 + rng.permutation(max(count - 1, 0))])
 
 
-def fixed_ends(problem: Problem, box: JointBox) -> tuple[list[FloatArray], list[FloatArray]]:
+def _fixed_ends(problem: Problem, box: JointBox) -> tuple[list[FloatArray], list[FloatArray]]:
     """Return the postures inside a box that a motion may begin and end with; none at an end that is not fixed.
 
     Those of a cyclic motion are the same, its end being fixed by its start.
@@ -135,7 +131,7 @@ def fixed_ends(problem: Problem, box: JointBox) -> tuple[list[FloatArray], list[
     ends = _fixed_postures(problem, problem.end, 1.0, box)
     if problem.cyclic and problem.start is not None and problem.end is not None:
         limits = problem.arm.limits
-        starts = [s for s in starts if any(np.abs(limits.steps(s, e)).max() < _SAME_POSTURE for e in ends)]
+        starts = [s for s in starts if any(np.abs(limits.steps(s, e)).max() <= ANGLE for e in ends)]
     return starts, ends
 
 
