@@ -65,7 +65,7 @@ def test_one_figure_runs_only_what_it_needs(monkeypatch, study, name, needs):
     def noting(what, value):
         return lambda *arguments: ran.add(what(*arguments)) or value(*arguments)
 
-    monkeypatch.setattr(seed_3r, "plans", noting(lambda *_: "plans", lambda *_: study.plans))
+    monkeypatch.setattr(seed_3r, "plans", noting(lambda *_: "plans", lambda *_: study.three.plans))
     monkeypatch.setattr(seed_6r, "plans", noting(lambda one, *_: f"plans {one}", lambda one, *_: study.six.plans[one]))
     monkeypatch.setattr(seed_6r, "whole_arm", noting(lambda *_: "whole arm", lambda *_: study.six.whole_arm))
     monkeypatch.setattr(
@@ -85,7 +85,7 @@ def test_progress_counts_every_stage_to_its_end(monkeypatch):
     monkeypatch.setattr(cases, "ITERATIONS", 2)
     seen = []
     study = Study(seed=1, seeds=2, progress=lambda *step: seen.append(step))
-    assert study.plans
+    assert study.three.plans
     assert study.cases["3R"].runs
     totals = [8, 20]
     for total in totals:

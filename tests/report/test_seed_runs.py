@@ -59,7 +59,7 @@ def test_the_dense_scan_finds_what_a_local_search_from_every_dip_finds(case):
 
 
 def test_the_single_run_is_the_first_of_the_many(study):
-    for label, plan in study.plans.items():
+    for label, plan in study.three.plans.items():
         np.testing.assert_allclose(study.cases["3R"].runs["plain"][label].best[0], plan.history[0].best, rtol=1e-14)
 
 

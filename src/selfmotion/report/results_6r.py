@@ -8,6 +8,7 @@ from typing import Any
 from selfmotion.plans import Plan
 from selfmotion.report import seed_6r
 from selfmotion.report.cases import Case, DenseScan
+from selfmotion.report.results_arm import arm_facts
 from selfmotion.report.results_case import comparison, line
 from selfmotion.report.study import Study
 from selfmotion.report.study_6r import modules_sum
@@ -42,9 +43,10 @@ def _at_printed(label: str) -> Case | None:
 
 
 def results_of_6r(study: Study) -> dict[str, Any]:
-    """Return what the modules' motions cost together, the best of them checked, and what motions bound less cost."""
+    """Return the arm, what the modules cost together, the best motion checked, and what motions bound less cost."""
     six = study.six
     return {
+        "arm": arm_facts(seed_6r.arm()),
         "offset_fixed": seed_6r.OFFSET[0],
         "offset_moving": seed_6r.OFFSET[1],
         "amplitude": seed_6r.AMPLITUDE[0],

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
-from selfmotion.domain import AngleDomain, angle_domain
-from selfmotion.exchange import Trajectory
-from selfmotion.mending import Repair, repair
 from selfmotion.optimizers import Progress
-from selfmotion.planners import Plan
-from selfmotion.problem import Problem
-from selfmotion.report import seed_3r, seed_runs
+from selfmotion.report import seed_runs
 from selfmotion.report.case_study import CaseStudy
+from selfmotion.report.study_3r import Study3R
 from selfmotion.report.study_6r import Study6R
 
 
@@ -33,6 +27,7 @@ class Study:
     ----------
     cases : dict
         Name to `CaseStudy`: the optimizers over many seeds.
+    three : Study3R
     six : Study6R
     """
 
@@ -40,46 +35,5 @@ class Study:
         self.seed = seed
         self.seeds = seeds
         self.cases = {name: CaseStudy(name, seed, seeds, workers, progress) for name in seed_runs.CASES}
+        self.three = Study3R(seed, progress)
         self.six = Study6R(seed, progress)
-        self._progress = progress
-
-    @cached_property
-    def problem(self) -> Problem:
-        """The arm on its path."""
-        return seed_3r.problem()
-
-    @cached_property
-    def domain(self) -> AngleDomain:
-        """Every feasible posture along the path."""
-        return angle_domain(self.problem.arm, self.problem.path)
-
-    @cached_property
-    def free(self) -> Problem:
-        """The arm without limits on the path."""
-        return seed_3r.free_problem()
-
-    @cached_property
-    def improper(self) -> Trajectory:
-        """Postures of the arm without limits, some of them with the other elbow."""
-        return seed_3r.improper_motion(self.free)
-
-    @cached_property
-    def repaired(self) -> Repair:
-        """The same motion made continuous by self-motion."""
-        return repair(self.free, *self.improper)
-
-    @cached_property
-    def limited(self) -> AngleDomain:
-        """Every feasible posture of the arm with limits of our own."""
-        case = seed_3r.limited_problem()
-        return angle_domain(case.arm, case.path)
-
-    @cached_property
-    def plans(self) -> dict[str, Plan]:
-        """The single run of each optimizer (Table II), by label."""
-        return seed_3r.plans(self.seed, self._progress)
-
-    @cached_property
-    def best(self) -> str:
-        """Label of the plan with the least F."""
-        return min(self.plans, key=lambda label: self.plans[label].cost_sampled)
