@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _MOST_TOLD_APART = 8  # joints that have a colour and dashes of their own
-_NAME_HEIGHT = 0.065  # of the axes, that a limit's name needs
+_NAME_HEIGHT = 8.0  # that a limit's name needs [points]
 _NAMED = 5  # of more joints, which are shades from the base to the tool
 
 
@@ -65,11 +65,12 @@ def _name_limits(axes: Axes, shown: Mapping[float, Sequence[str]]) -> None:
     for bound in shown:
         axes.axhline(bound, color=GREY, linewidth=0.6)
     low, high = axes.get_ylim()
+    height = 72 / axes.figure.dpi * axes.get_window_extent().height / (high - low)  # points per radian, about
     below = -np.inf
     for bound in sorted(shown):
-        place = max((bound - low) / (high - low), below + _NAME_HEIGHT)
-        below = place
+        raised = max(below + _NAME_HEIGHT - bound * height, 0.0)
+        below = bound * height + raised
         axes.annotate(
-            "limit" if len(shown[bound]) > 2 else f"limit {', '.join(shown[bound])}", (1.0, place), xytext=(2, 0),
-            va="center", textcoords="offset points", xycoords="axes fraction", color=GREY, fontsize=6.5,
+            "limit" if len(shown[bound]) > 2 else f"limit {', '.join(shown[bound])}", (1.0, bound), xytext=(2, raised),
+            va="center", textcoords="offset points", xycoords=("axes fraction", "data"), color=GREY, fontsize=6.5,
         )  # fmt: skip

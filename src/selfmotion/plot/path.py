@@ -26,7 +26,8 @@ def draw_path(axes: Axes, problem: Problem) -> None:
     axes.plot(*x[-1], "s", color=COLORS[0], markersize=4, markerfacecolor="white", zorder=4)
     ends = {"start = end": x[0]} if problem.path.is_closed else {"start": x[0], "end": x[-1]}
     for label, point in ends.items():
-        axes.annotate(label, point, xytext=(6, -10), textcoords="offset points", color=INK, zorder=6, bbox=BEHIND_TEXT)
+        up = 5 if label == "start" else -10  # the one above, the other below, in case they are near each other
+        axes.annotate(label, point, xytext=(6, up), textcoords="offset points", color=INK, zorder=6, bbox=BEHIND_TEXT)
     frame(axes, x)
 
 
