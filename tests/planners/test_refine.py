@@ -308,8 +308,9 @@ def test_progress_is_told(seed_arm, seed_path):
 
 def test_no_motion_is_no_proof_and_out_of_reach_is_one():
     arm = sm.PlanarArm([1, 1, 1], [(-1.45, 1.45)] * 3)
-    with pytest.raises(NothingFeasibleError, match=r"got to r = 0\.5"):
+    with pytest.raises(NothingFeasibleError, match=r"got to r = 0\.5") as caught:
         sm.plan(sm.Problem(arm, sm.Line((1.5, -2.5), (1.5, 2.5))), sm.Refine(starts=4))
+    assert "leads no further than r = 0.58" in caught.value.remedy
     with pytest.raises(InfeasibleError):
         sm.plan(sm.Problem(sm.PlanarArm([1, 1, 1], [(-2, 2)] * 3), sm.Line((1.5, -3), (1.5, 3.5))), sm.Refine())
 

@@ -351,6 +351,9 @@ class _Search:
         shortfall = problem.arm.shortfall(problem.path(r))
         if shortfall.max() > -_AT_THE_RIM * problem.arm.reach:
             remedy = f"keep away from the limit of reach, which the path touches at r = {r[shortfall.argmax()]:.4g}"
+        if problem.arm.n_u == 1 and (dead_end := problem.structure.dead_end) is not None:
+            why = f" ({' and '.join(map(str, dead_end[1]))})" if dead_end[1] else ""
+            remedy = f"the angle domain leads no further than r = {dead_end[0]:.6g}{why}: widen limits or move the path"
         if failure is not None:
             reason = f"the best of {len(self.optima)} motions does not hold between its collocation points: {failure}"
         elif not self.tried:
