@@ -291,12 +291,12 @@ def test_the_same_seed_gives_the_same_bits_and_another_the_same_optimum(seed_arm
 
 def test_it_says_why_it_stopped(seed_arm, seed_path, best_3r):
     assert best_3r.parameters["stopped"] == (
-        "8 starts ended in 1 optimum, and less than half an optimum is expected unseen"
+        "12 starts ended in 1 optimum, and less than half an optimum is expected unseen"
     )
     late = sm.plan(sm.Problem(seed_arm, seed_path), sm.Refine(starts=1000, time_limit=0.01))
     assert late.parameters["stopped"] == "the time limit of 0.01 s passed"
     assert late.parameters["starts"] == 1
-    assert sum(optimum["found"] for optimum in best_3r.parameters["optima"]) == 8
+    assert sum(optimum["found"] for optimum in best_3r.parameters["optima"]) == 12
 
 
 def test_progress_is_told(seed_arm, seed_path):
