@@ -163,3 +163,17 @@ def test_a_continuous_motion_is_held_to_elbow_and_start_too(seed_path, seed_plan
     assert checks(elbow="negative") == {"elbow"}
     assert checks(start=[0.31]) == {"start"}
     assert checks(end=[0.5]) == {"end"}
+
+
+def test_a_motion_that_must_close_and_does_not_fails():
+    arm, path = sm.PlanarArm([30, 30, 20]), sm.Circle((40, 10), 15)
+    open_ended = sm.plan(sm.Problem(arm, path), sm.Refine(starts=1))
+    for cyclic in ("exact", "modulo"):
+        check = verify_motion(sm.Problem(arm, path, cyclic=cyclic), open_ended)
+        (failure,) = check.failures
+        assert failure.check == "closure"
+        gap = np.abs(open_ended(1.0) - open_ended(0.0))
+        assert failure.value == pytest.approx(gap.max())
+        assert failure.joint == np.argmax(gap) + 1
+    turned = verify_motion(sm.Problem(arm, path, cyclic="modulo"), lambda r: open_ended(0 * r))
+    assert "closure" not in {failure.check for failure in turned.failures}

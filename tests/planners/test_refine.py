@@ -501,3 +501,11 @@ def test_an_initial_planner_that_cannot_plan_is_named(seed_arm, seed_path):
     ) as caught:
         sm.plan(sm.Problem(seed_arm, seed_path), sm.Refine(initial=other))
     assert caught.value.remedy
+
+
+def test_a_free_joint_s_end_is_not_reached_by_whole_turns(seed_arm, seed_path):
+    problem = sm.Problem(seed_arm, seed_path, start=[0.3])
+    end = sm.plan(problem, sm.Refine(starts=1))(1.0)
+    for turns in (np.zeros(3), 2 * np.pi * np.array([1, 0, -2])):
+        plan = sm.plan(sm.Problem(seed_arm, seed_path, start=[0.3], end={"q": end + turns}), sm.Refine(starts=1))
+        assert plan.cost == pytest.approx(4.88945, abs=1e-4)
