@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from abc import ABC, abstractmethod
 from typing import ClassVar, Self
 
@@ -44,6 +45,31 @@ class Planner(ABC):
     def with_seed(self, seed: int) -> Self:
         """Return the same planner with another random seed; itself if it uses none."""
         return self
+
+
+class SearchingPlanner(Planner):
+    """A planner whose choices an optimizer makes.
+
+    Parameters
+    ----------
+    optimizer : Optimizer
+
+    Raises
+    ------
+    InvalidInputError
+        If it is none.
+    """
+
+    def __init__(self, optimizer: Optimizer) -> None:
+        if not isinstance(optimizer, Optimizer):
+            raise InvalidInputError("optimizer", "is not an optimizer", "give one, such as PSO(…)", optimizer)
+        self.optimizer = optimizer
+
+    def with_seed(self, seed: int) -> Self:
+        """Return the same planner with another random seed."""
+        other = copy.copy(self)
+        other.optimizer = self.optimizer.with_seed(seed)
+        return other
 
 
 def refuse_own_bounds(optimizer: Optimizer, kind: str, instead: str) -> None:

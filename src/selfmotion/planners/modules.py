@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import copy
 import time
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from selfmotion.errors import InvalidInputError, NothingFeasibleError
 from selfmotion.motion import Motion
 from selfmotion.optimizers import Optimizer, Progress, counting, penalised
 from selfmotion.paths import Path
-from selfmotion.planners.base import Planner
+from selfmotion.planners.base import SearchingPlanner
 from selfmotion.planners.chain import Chain, refuse_what_modules_cannot_keep, true_joints
 from selfmotion.planners.parametric import Candidates, Sinusoid
 from selfmotion.plans import Plan
@@ -105,7 +104,7 @@ class _Module(Sinusoid):
         return verify_motion(part, self._chain.motion(together)).holds
 
 
-class Modules(Planner):
+class Modules(SearchingPlanner):
     """The seed's moving base for a planar arm of 3k links: a sinusoid in each module of three.
 
     Parameters
@@ -155,8 +154,7 @@ class Modules(Planner):
     ) -> None:
         if not isinstance(moving_bases, list | tuple) or not all(isinstance(base, Path) for base in moving_bases):
             raise InvalidInputError("moving_bases", "is not a list of paths", "give one path per module but the last")
-        if not isinstance(optimizer, Optimizer):
-            raise InvalidInputError("optimizer", "is not an optimizer", "give one, such as PSO(…)", optimizer)
+        super().__init__(optimizer)
         self.moving_bases = tuple(moving_bases)
         self.offset = angles("offset", offset)
         self.amplitude = angles("amplitude", amplitude, len(self.offset))
@@ -164,14 +162,7 @@ class Modules(Planner):
             module = int(np.argmin(np.abs(self.amplitude))) + 1
             reason = f"is zero for module {module}: no frequency changes its curve"
             raise InvalidInputError("amplitude", reason, "give one that is not", amplitude)
-        self.optimizer = optimizer
         self.first_joints = choice("first_joints", first_joints, ("relative", "absolute"))
-
-    def with_seed(self, seed: int) -> Self:
-        """Return the same planner with another random seed."""
-        other = copy.copy(self)
-        other.optimizer = self.optimizer.with_seed(seed)
-        return other
 
     def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
         """Plan a motion; see :meth:`Planner.plan`.

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import copy
 import itertools
 import time
 from collections.abc import Sequence
-from typing import Any, Literal, NamedTuple, Self
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from selfmotion.errors import InvalidInputError, NothingFeasibleError
 from selfmotion.motion import Curve, Motion
 from selfmotion.optimizers import INFEASIBLE, Optimizer, Progress, Result, counting, violation_of
 from selfmotion.paths import Bezier, Path
-from selfmotion.planners.base import Planner, refuse_own_bounds
+from selfmotion.planners.base import SearchingPlanner, refuse_own_bounds
 from selfmotion.planners.chain import (
     Chain,
     allowed_elbows,
@@ -41,7 +40,7 @@ _MOST_COMBINATIONS = 16
 _MOST_LOOKS = 20_000
 
 
-class MovingBase(Planner):
+class MovingBase(SearchingPlanner):
     """Chooses Bezier moving bases together with the sinusoids of all modules, for the cost in true joints.
 
     Parameters
@@ -95,24 +94,16 @@ class MovingBase(Planner):
         around: Sequence[Path] = (),
         elbows: Literal["each", "alike"] = "each",
     ) -> None:
-        if not isinstance(optimizer, Optimizer):
-            raise InvalidInputError("optimizer", "is not an optimizer", "give one, such as PSO(…)", optimizer)
+        super().__init__(optimizer)
         refuse_own_bounds(optimizer, self.kind, "spread, amplitude and frequency")
         if not isinstance(around, list | tuple) or not all(isinstance(path, Path) for path in around):
             raise InvalidInputError("around", "is not a list of paths", "give one path per module but the last")
-        self.optimizer = optimizer
         self.control_points = integer("control_points", control_points, 2, _MOST_POINTS)
         self.spread = positive("spread", spread)
         self.amplitude = positive("amplitude", amplitude)
         self.frequency = positive("frequency", frequency)
         self.around = tuple(around)
         self.elbows = choice("elbows", elbows, ("each", "alike"))
-
-    def with_seed(self, seed: int) -> Self:
-        """Return the same planner with another random seed."""
-        other = copy.copy(self)
-        other.optimizer = self.optimizer.with_seed(seed)
-        return other
 
     def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
         """Plan a motion; see :meth:`Planner.plan`."""

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import copy
 import time
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from selfmotion.domain import blocked_stretches
 from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError
 from selfmotion.motion import Motion
 from selfmotion.optimizers import INFEASIBLE, Optimizer, Progress, Result, counting, penalised, violation_of
-from selfmotion.planners.base import Planner
+from selfmotion.planners.base import SearchingPlanner
 from selfmotion.plans import Plan
 from selfmotion.problem import Problem
 from selfmotion.profiles import Profile, SinusoidProfile
@@ -119,7 +118,7 @@ class _Found(NamedTuple):
     a: FloatArray
 
 
-class Parametric(Planner):
+class Parametric(SearchingPlanner):
     """Chooses the coefficients of a profile family by an optimizer on a box.
 
     Parameters
@@ -142,11 +141,6 @@ class Parametric(Planner):
 
     vectors: ClassVar[tuple[str, ...]] = ("offset",)
     slower: ClassVar[str] = "lower planner.optimizer.bounds"
-
-    def __init__(self, optimizer: Optimizer) -> None:
-        if not isinstance(optimizer, Optimizer):
-            raise InvalidInputError("optimizer", "is not an optimizer", "give one, such as PSO(…)", optimizer)
-        self.optimizer = optimizer
 
     @abstractmethod
     def profile_for(self, problem: Problem) -> Profile:
@@ -184,12 +178,6 @@ class Parametric(Planner):
     def holds(self, problem: Problem, motion: Motion) -> bool:
         """Return whether a motion that holds at the samples also does between them."""
         return verify_motion(problem, motion).holds
-
-    def with_seed(self, seed: int) -> Self:
-        """Return the same planner with another random seed."""
-        other = copy.copy(self)
-        other.optimizer = self.optimizer.with_seed(seed)
-        return other
 
     def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
         """Plan a motion; see :meth:`Planner.plan`."""
