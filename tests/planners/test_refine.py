@@ -509,3 +509,14 @@ def test_a_free_joint_s_end_is_not_reached_by_whole_turns(seed_arm, seed_path):
     for turns in (np.zeros(3), 2 * np.pi * np.array([1, 0, -2])):
         plan = sm.plan(sm.Problem(seed_arm, seed_path, start=[0.3], end={"q": end + turns}), sm.Refine(starts=1))
         assert plan.cost == pytest.approx(4.88945, abs=1e-4)
+
+
+def test_an_end_given_by_q_is_found_in_its_turn_beside_a_start_given_by_u():
+    arm = sm.PlanarArm(FOUR, [None, (-100.0, 100.0), None, None])
+    path = line_from(Q0, (1.2, 1.0))
+    end = sm.plan(sm.Problem(arm, path, elbow="positive"), sm.Refine(starts=1))(1.0)
+    end[1] += 2 * np.pi * (9 - np.floor(end[1] / (2 * np.pi)))
+    problem = sm.Problem(arm, path, start=arm.u_of(Q0), end={"q": end}, elbow="positive")
+    plan = sm.plan(problem, sm.Refine(starts=2))
+    assert holds(plan)
+    assert plan(1.0)[1] == pytest.approx(end[1], abs=1e-9)

@@ -109,7 +109,8 @@ def start_from(problem: Problem, q: FloatArray, r: FloatArray) -> Start:
 
 def _boxes(problem: Problem) -> list[JointBox]:
     """Return the joint limits by elbow, each joint with room to move: a locked one is given ±5e-10 rad."""
-    given = next((posture.q for posture in (problem.start, problem.end) if posture is not None), None)
+    ends = [posture for posture in (problem.start, problem.end) if posture is not None and posture.q is not None]
+    given = ends[0].q if ends else None
     found = []
     for box in problem.arm.boxes(problem.elbow, given):
         less = np.where(box.upper - box.lower < 2 * _LOCKED, _LOCKED, 0.0)
