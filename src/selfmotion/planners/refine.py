@@ -5,29 +5,20 @@ from __future__ import annotations
 import copy
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from typing import Any, Literal, NoReturn, Self
 
 import numpy as np
 
 from selfmotion._checks import integer, number, positive
-from selfmotion._types import FloatArray
-from selfmotion.angles import TAU
 from selfmotion.domain import blocked_stretches
 from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
 from selfmotion.plans import Plan
 from selfmotion.problem import Problem
-from selfmotion.refinement import ClosedSpline, Collocation, SplineSpace, minimise
-from selfmotion.refinement.starts import Start, random_starts, start_from
-from selfmotion.verification import Failure, verify_motion
+from selfmotion.refinement import Optima, Start, random_starts, start_from
+from selfmotion.verification import Failure
 
-_COARSE = 48  # spans that starts are compared on
-_MOST_SPANS = 400
-_MOST_CORNERS = 48
-_JUST_BEFORE = 1e-9  # a corner, in r
-_TURN = 1e-3  # change of x' at a corner, as a part of the path's length
 _LOOKED_AT = 400  # parts of the path that an initial planner's motion is looked at
 _AT_THE_RIM = 1e-6  # parts of the reach within which the arm has no room left to move
 _ENDS: tuple[Literal["start", "end", "cyclic"], ...] = (
@@ -36,57 +27,7 @@ _ENDS: tuple[Literal["start", "end", "cyclic"], ...] = (
     "cyclic",
 )  # what an initial planner need not keep
 _FOLLOWERS = (8, 64)  # least and most postures led along the path at once
-_LEVELS = 8
-_ROUGH = 1e-6  # correction [rad] of spans that are bisected, or those corrected by half the largest if that is less
-_COARSE_TOLERANCE = 1e-7  # of Newton's method on the coarse level
-_REFINED = 3  # optima that are refined to the end, at most, once one of them holds
-_CAUTION = 10.0  # times as much as refinement changed one cost it may change another
-_CAUTION_WITH_KINKS = 0.3  # what rounding off a kink changes, it changes of all costs alike
-# Two optima are one if their costs agree to this part and their joints to this angle [rad].
-_SAME_COST = 1e-4
-_SAME_ANGLE = 0.05
 _FEWEST_STARTS = 12  # of two basins of the same size, one is missed by all of them once in two thousand searches
-_COMPARED_AT = np.linspace(0.0, 1.0, 65)
-# Rounding of the objectives' kinks on the coarse level, as a part of the path's length by the arm's reach, which is
-# about how fast joints move; and what each finer level makes of it.
-_WIDTH = 0.1
-_NARROWER = 0.25
-_NARROWEST = 3e-4
-_LEAST_WITH_KINKS = 1e-4  # tolerance that is worth its time for objectives with kinks
-_WARM = 1e-5  # weight of the barrier on finer levels
-_MOST_FINE = 100  # iterations on a finer level
-
-
-@dataclass
-class _Optimum:
-    """A locally shortest motion and how often starts ended in it."""
-
-    start: Start
-    collocation: Collocation
-    c: FloatArray
-    cost: float
-    found: int
-
-    @property
-    def coefficients(self) -> FloatArray:
-        return self.collocation.coefficients(self.c)
-
-    @property
-    def motion(self) -> ClosedSpline:
-        """The motion; free joints start in [−π, π], unless the problem says otherwise."""
-        problem, coefficients = self.collocation, self.coefficients
-        if problem.ends.start is None and problem.ends.end is None:
-            turns = np.where(problem.arm.limits.limited, 0.0, np.rint(coefficients[:, 0] / TAU))
-            coefficients = coefficients - TAU * turns[:, None]
-        return ClosedSpline(problem.arm, problem.path, problem.space, coefficients, problem.box)
-
-    def is_same(self, other: _Optimum) -> bool:
-        if abs(self.cost - other.cost) > _SAME_COST * abs(self.cost):
-            return False
-        mine, theirs = (o.collocation.space.spline(o.coefficients)(_COMPARED_AT) for o in (self, other))
-        steps = theirs - mine
-        # Shifted by whole turns a motion costs the same.
-        return bool(np.abs(steps - TAU * np.rint(steps[0] / TAU)).max() <= _SAME_ANGLE)
 
 
 class Refine(Planner):
@@ -163,11 +104,10 @@ class _Search:
         self.planner, self.problem, self.progress = planner, problem, progress
         self.began = time.perf_counter()
         self.deadline = self.began + planner.time_limit
-        self.optima: list[_Optimum] = []
-        self.tried = self.ended = self.iterations = 0
+        self.optima = Optima(problem, planner.tolerance, self.deadline)
+        self.tried = 0
         self.furthest = 0.0
         self.initial: dict[str, Any] | None = None
-        self._scale = float(problem.weights.max())  # the solver's weights are 1 at most
 
     def plan(self) -> Plan:
         problem = self.problem
@@ -175,37 +115,15 @@ class _Search:
         if blocked:
             raise InfeasibleError(blocked)
         stopped = self._search()
-        best, failure = self._best()
+        best, failure = self.optima.best()
         if best is None:
             self._give_up(stopped, failure)
         parameters = {"coefficients": best.collocation.space.m, **self._parameters(stopped)}
         seconds = time.perf_counter() - self.began
-        return Plan(problem, best.motion, self.planner.kind, parameters, self.iterations, seconds)
-
-    def _best(self) -> tuple[_Optimum | None, Failure | None]:
-        """Refine the optima that could turn out to be the best, and return the best that holds; or why one does not."""
-        self.optima.sort(key=lambda optimum: optimum.cost)
-        best: _Optimum | None = None
-        failure: Failure | None = None
-        shift = 0.0  # what refinement has changed of a cost so far
-        caution = _CAUTION_WITH_KINKS if self.problem.objective.has_kinks else _CAUTION
-        for k, optimum in enumerate(self.optima):
-            if best is not None and (k >= _REFINED or optimum.cost - caution * shift > best.cost):
-                break
-            finer = self._refined(optimum)
-            shift = max(shift, abs(finer.cost - optimum.cost))
-            self.optima[k] = finer
-            check = verify_motion(self.problem, finer.motion)
-            if check.holds and (best is None or finer.cost < best.cost):
-                best = finer
-            elif not check.holds:
-                failure = failure or check.failures[0]
-        self.optima.sort(key=lambda optimum: optimum.cost)
-        return best, failure
+        return Plan(problem, best.motion, self.planner.kind, parameters, self.optima.iterations, seconds)
 
     def _search(self) -> str:
         """Refine starts on the coarse level until the optima are likely all seen; return why it stopped."""
-        space = SplineSpace.with_spans(_COARSE, self._corners())
         for start in self._starts():
             if self.tried >= self.planner.starts:
                 return "the one start was used" if self.tried == 1 else f"all {self.tried} starts were used"
@@ -213,24 +131,24 @@ class _Search:
                 return f"the time limit of {self.planner.time_limit:g} s passed"
             self.tried += 1
             self.furthest = max(self.furthest, start.reached)
-            self._add(start, space)
+            self.optima.add(start)
             if self._hardly_one_is_unseen():
                 seen = "1 optimum" if self._seen == 1 else f"{self._seen} optima"
-                return f"{self.ended} starts ended in {seen}, and less than half an optimum is expected unseen"
+                return f"{self.optima.ended} starts ended in {seen}, and less than half an optimum is expected unseen"
             if self.progress is not None:
-                best = min((optimum.cost for optimum in self.optima), default=np.inf)
+                best = min((optimum.cost for optimum in self.optima.found), default=np.inf)
                 self.progress(self.tried, self.planner.starts, best)
         return f"no more than {self.tried} starts could be found"
 
     def _hardly_one_is_unseen(self) -> bool:
         """Return whether fewer than half an optimum is expected unseen (Boender, Rinnooy Kan 1987)."""
-        w, n = self._seen, self.ended
+        w, n = self._seen, self.optima.ended
         return n >= max(_FEWEST_STARTS, w + 3) and w * (n - 1) / (n - w - 2) < w + 0.5
 
     @property
     def _seen(self) -> int:
         """How many optima starts ended in, without those where the iterations ran out."""
-        return sum(optimum.found > 0 for optimum in self.optima)
+        return sum(optimum.found > 0 for optimum in self.optima.found)
 
     def _starts(self) -> Iterator[Start]:
         if self.planner.initial is not None:
@@ -263,83 +181,12 @@ class _Search:
                     ) from None
                 problem = problem.without(refused[0])
 
-    def _corners(self) -> FloatArray:
-        """Return where the path turns sharply, so that knots are put there: the sharpest corners if there are many."""
-        path, breaks = self.problem.path, self.problem.path.breaks
-        if not len(breaks):
-            return breaks
-        before = np.maximum(breaks - _JUST_BEFORE, 0.0)
-        turn = np.linalg.norm(path(breaks, 1) - path(before, 1), axis=1)
-        sharp = np.argsort(-turn, kind="stable")[:_MOST_CORNERS]
-        return np.sort(breaks[sharp[turn[sharp] > _TURN * path.length]])
-
-    def _collocation(self, start: Start, space: SplineSpace, width: float) -> Collocation:
-        problem, weights = self.problem, self.problem.weights / self._scale
-        rate = problem.path.length / problem.arm.reach
-        return Collocation(
-            problem.arm, problem.path, problem.objective, weights, start.box, space, start.ends, width * rate
-        )
-
-    def _add(self, start: Start, space: SplineSpace) -> None:
-        """Refine one start on the coarse level and file the optimum it ends in."""
-        collocation = self._collocation(start, space, _WIDTH)
-        at = space.collocation
-        sampled = np.stack([np.interp(at, start.r, joint) for joint in start.q.T], axis=-1)
-        minimum = minimise(
-            collocation, space.interpolating(sampled), tolerance=_COARSE_TOLERANCE, deadline=self.deadline
-        )
-        if minimum is None:
-            return
-        self.iterations += minimum.iterations
-        self.ended += minimum.converged
-        cost = minimum.cost * self._scale
-        optimum = _Optimum(start, collocation, minimum.c, cost, found=int(minimum.converged))
-        for k, known in enumerate(self.optima):
-            if known.is_same(optimum):
-                found = known.found + optimum.found
-                self.optima[k] = replace(optimum if cost < known.cost else known, found=found)
-                return
-        self.optima.append(optimum)
-
-    def _refined(self, optimum: _Optimum) -> _Optimum:
-        """Return an optimum on knots so fine that the cost no longer changes, or as fine as time allows."""
-        tolerance, width = self.planner.tolerance, _NARROWEST
-        if self.problem.objective.has_kinks:
-            tolerance, width = max(tolerance, _LEAST_WITH_KINKS), _WIDTH
-        before = np.inf
-        for _ in range(_LEVELS):
-            if time.perf_counter() > self.deadline:
-                break
-            space, motion = optimum.collocation.space, optimum.motion
-            cost = self._cost_of(motion)
-            settled = abs(cost - before) <= tolerance * cost or abs(cost - optimum.cost) <= 0.1 * tolerance * cost
-            correction = _corrections(motion)
-            rough = correction > min(_ROUGH, 0.5 * correction.max())
-            if width <= _NARROWEST and (settled or len(rough) + rough.sum() > _MOST_SPANS):
-                break
-            finer = space.bisected(rough) if len(rough) + rough.sum() <= _MOST_SPANS else space
-            before, width = cost, max(_NARROWER * width, _NARROWEST)
-            collocation = self._collocation(optimum.start, finer, width)
-            coefficients = finer.interpolating(space.spline(optimum.coefficients)(finer.collocation))
-            minimum = minimise(collocation, coefficients, 0.01 * tolerance, _WARM, _MOST_FINE, self.deadline)
-            if minimum is None:
-                break
-            self.iterations += minimum.iterations
-            optimum = _Optimum(optimum.start, collocation, minimum.c, minimum.cost * self._scale, optimum.found)
-        return replace(optimum, cost=self._cost_of(optimum.motion))
-
-    def _cost_of(self, motion: ClosedSpline) -> float:
-        """Return the true cost of a motion, by the quadrature of its spline."""
-        space = motion.space
-        rates = motion.rates(space.nodes)
-        return float(space.weights @ self.problem.objective.chord(rates, np.ones(len(rates)), self.problem.weights))
-
     def _parameters(self, stopped: str) -> dict[str, Any]:
         return {
             "starts": self.tried,
-            "ended": self.ended,
+            "ended": self.optima.ended,
             "stopped": stopped,
-            "optima": [{"cost": other.cost, "found": other.found} for other in self.optima],
+            "optima": [{"cost": other.cost, "found": other.found} for other in self.optima.found],
             "initial": self.initial,
             "settings": {name: getattr(self.planner, name) for name in ("starts", "seed", "tolerance", "time_limit")},
         }
@@ -356,7 +203,9 @@ class _Search:
             why = f" ({' and '.join(map(str, dead_end[1]))})" if dead_end[1] else ""
             remedy = f"the angle domain leads no further than r = {dead_end[0]:.6g}{why}: widen limits or move the path"
         if failure is not None:
-            reason = f"the best of {len(self.optima)} motions does not hold between its collocation points: {failure}"
+            reason = (
+                f"the best of {len(self.optima.found)} motions does not hold between its collocation points: {failure}"
+            )
         elif not self.tried:
             given = " and ".join(name for name in ("start", "end") if getattr(problem, name) is not None)
             what = (
@@ -370,13 +219,6 @@ class _Search:
         raise NothingFeasibleError(
             f"{reason} ({stopped})",
             remedy,
-            self.iterations,
+            self.optima.iterations,
             1.0 - self.furthest,
         )
-
-
-def _corrections(motion: ClosedSpline) -> FloatArray:
-    """Return how much the motion is corrected on each span of its spline, at most [rad]."""
-    edges = motion.space.edges
-    looked_at = edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, 7)[1:-1]
-    return motion.correction(looked_at.ravel()).reshape(looked_at.shape).max(axis=1)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from selfmotion.refinement.closing import ClosedSpline
 from selfmotion.refinement.collocation import Collocation
 from selfmotion.refinement.newton import Minimum, minimise
+from selfmotion.refinement.optima import Optima, Optimum
 from selfmotion.refinement.spline import Ends, SplineSpace
 from selfmotion.refinement.starts import Start, random_starts, start_from
 
@@ -18,6 +19,8 @@ __all__ = [
     "Collocation",
     "Ends",
     "Minimum",
+    "Optima",
+    "Optimum",
     "SplineSpace",
     "Start",
     "minimise",

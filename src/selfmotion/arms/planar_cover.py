@@ -1,0 +1,86 @@
+"""The self-motion of a planar arm with one redundant degree in cells that leave nothing out.
+
+Any of the three directions φ1, φ2, φ3 may serve as parameter where it is the one that moves fastest: there the other
+two are smooth functions of it, through folds as well. A piece, a chart with an interval of its parameter, is dropped
+only when it is proved that no posture of it reaches, that another direction moves faster on all of it, or that a limit
+excludes it; so every feasible posture is in a cell of the chart in which it moves fastest.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from selfmotion._types import FloatArray
+from selfmotion.angles import TAU
+from selfmotion.arms._cover_kernels import cover
+from selfmotion.certificate.cells import Cells
+
+if TYPE_CHECKING:
+    from selfmotion.arms.planar import PlanarArm
+    from selfmotion.paths import Path
+
+_ROOTS = 16  # pieces that each chart's circle is looked at in first
+_NARROWEST = 1e-7  # a piece this narrow that is still not understood becomes a cell as it is [rad]
+_OVERRUN = 1e-9
+
+
+class PlanarCover:
+    """Cells of a planar arm along a path."""
+
+    def __init__(self, arm: PlanarArm, path: Path, elbow: str = "any") -> None:
+        self.arm, self.path, self.n = arm, path, arm.n
+        self.offset, self.direction = arm.annulus[0], 0.0 if arm.direction is None else arm.direction
+        self.links = np.ascontiguousarray(arm.links[:3])
+        boxes = arm.boxes(elbow)
+        windows, self.wraps = [], np.zeros(arm.n, bool)
+        for j in range(arm.n):
+            mine = sorted({(float(box.lower[j]), float(box.upper[j])) for box in boxes})
+            self.wraps[j] = not np.isfinite(mine).all()
+            windows.append([] if self.wraps[j] else mine)
+        self.first = np.cumsum([0, *(len(w) for w in windows)])
+        flat = [pair for w in windows for pair in w]
+        self.windows = np.array(flat, float).reshape(-1, 2) + np.array([-_OVERRUN, _OVERRUN])
+        edges = np.linspace(-np.pi, np.pi, _ROOTS + 1)
+        roots = [(c, s, lo, hi) for c in range(3) for s in (1.0, -1.0) for lo, hi in zip(edges[:-1], edges[1:])]
+        self.roots = np.array(roots)
+
+    def cells(self, r: float, spacing: float) -> Cells:
+        return self._cover(r, self.roots, np.zeros((len(self.roots), self.n)), False, np.full(len(self.roots), spacing))
+
+    def split(self, r: float, cells: Cells, spacing: FloatArray) -> Cells:
+        return self._cover(r, cells.pieces, 0.5 * (cells.a + cells.b), True, spacing)
+
+    def points(self, q: FloatArray) -> Cells:
+        """Return cells that are postures q (m, n) alone, in every turn that the limits allow."""
+        found = []
+        for posture in q:
+            options = []
+            for j in range(self.n):
+                mine = self.windows[self.first[j] : self.first[j + 1]]
+                turns = [0.0] if self.wraps[j] else [
+                    k for low, high in mine
+                    for k in range(int(np.ceil((low - posture[j]) / TAU)), int(np.floor((high - posture[j]) / TAU)) + 1)
+                ]  # fmt: skip
+                options.append([posture[j] + TAU * k for k in turns])
+            found += list(product(*options))
+        a = np.array(found, float).reshape(-1, self.n)
+        pieces = np.full((len(a), 4), -1.0)
+        return Cells(a, a.copy(), np.full(a.shape, _OVERRUN), pieces, np.zeros(len(a), np.int64))
+
+    def _cover(self, r: float, pieces: FloatArray, near: FloatArray, only_near: bool, spacing: FloatArray) -> Cells:
+        x, y = self.path(r) - self.offset
+        capacity = max(64, 3 * len(pieces))
+        while True:
+            a, b, dev = (np.empty((capacity, self.n)) for _ in range(3))
+            found, origin = np.empty((capacity, 4)), np.empty(capacity, np.int64)
+            count = cover(
+                self.links, x, y, self.direction, self.wraps, self.windows, self.first,
+                pieces[:, 0].astype(np.int64), pieces[:, 1].copy(), pieces[:, 2].copy(), pieces[:, 3].copy(),
+                near, only_near, spacing, _NARROWEST, a, b, dev, found, origin,
+            )  # fmt: skip
+            if count <= capacity:
+                return Cells(a[:count], b[:count], dev[:count], found[:count], origin[:count])
+            capacity = count

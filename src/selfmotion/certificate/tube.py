@@ -1,0 +1,207 @@
+"""The tube: what is left of the angle domain for a motion cheaper than a threshold, slice by slice, ever finer."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from selfmotion._types import BoolArray, FloatArray
+from selfmotion.angles import TAU
+from selfmotion.certificate import _kernels
+from selfmotion.certificate.cells import Cells, Cover
+
+_KINDS = {"joint_travel": _kernels.TRAVEL, "l1": _kernels.L1, "l2": _kernels.L2}
+_STRETCH = 4.0  # slab widths [rad] by which a tube's artificial ends are prolonged in proposals
+_COARSE = 0.3  # spacing at which a new slice is looked at first [rad]
+_FINER = 4.0  # what one look divides the spacing by
+
+
+class OutOfTimeError(Exception):
+    """The deadline passed; what was proved before still holds."""
+
+
+@dataclass(frozen=True)
+class Values:
+    """A value function on m cells: proposed values at both ends, slopes, and what of them is not proved.
+
+    The cost of every motion that arrives at posture ``(1 − s) a + s b + e`` of cell k is at least
+    ``(1 − s) v[k, 0] + s v[k, 1] + g[k]·e − lost[k]``.
+    """
+
+    v: FloatArray
+    g: FloatArray
+    lost: FloatArray
+
+    def __getitem__(self, rows: BoolArray) -> Values:
+        return Values(self.v[rows], self.g[rows], self.lost[rows])
+
+
+@dataclass
+class Slice:
+    """The cells at one r, and what is proved on them."""
+
+    r: float
+    cells: Cells
+    joined: BoolArray
+    """Whether a cell begins where the one before it ends, shape (m,)."""
+    severed: BoolArray
+    """Whether what a cell's ends (m, 2) were joined to has been dropped."""
+    fixed: bool = False
+    forward: Values | None = None
+    backward: Values | None = None
+    least: FloatArray | None = None
+    """The least cost of a motion through each cell, shape (m,)."""
+
+    def kept(self, rows: BoolArray) -> Slice:
+        """Return the slice with some of its cells only."""
+        before = self.joined & np.append(False, rows[:-1])
+        after = np.append(self.joined[1:] & rows[1:], False)
+        severed = self.severed | np.column_stack([self.joined & ~before, np.append(self.joined[1:], False) & ~after])
+        one, two, least = self.forward, self.backward, self.least
+        return Slice(
+            self.r, self.cells[rows], before[rows], severed[rows], self.fixed,
+            None if one is None else one[rows], None if two is None else two[rows], None if least is None else least[rows],
+        )  # fmt: skip
+
+
+class Tube:
+    """Slices of the angle domain in cells, and the values that are proved on them."""
+
+    def __init__(self, cover: Cover, objective: str, weights: FloatArray, slices: list[Slice]) -> None:
+        self.cover, self.objective, self.weights = cover, objective, np.ascontiguousarray(weights)
+        self.slices = slices
+
+    @property
+    def size(self) -> int:
+        """Number of cells."""
+        return sum(len(part.cells) for part in self.slices)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether some slice has no cells left, so that no motion passes."""
+        return any(len(part.cells) == 0 for part in self.slices)
+
+    @property
+    def r(self) -> FloatArray:
+        """The slices' path parameters."""
+        return np.array([part.r for part in self.slices])
+
+    def evaluate(self, deadline: float = np.inf) -> float:
+        """Prove values from both ends; return the bound on every motion through the tube."""
+        first, last = self.slices[0], self.slices[-1]
+        first.forward, last.backward = self._zero(first), self._zero(last)
+        for one, two in zip(self.slices[:-1], self.slices[1:], strict=True):
+            two.forward = self._carried(one, one.forward, two, deadline)
+        for one, two in zip(self.slices[::-1][:-1], self.slices[::-1][1:], strict=True):
+            two.backward = self._carried(one, one.backward, two, deadline)
+        bound = 0.0
+        for part in self.slices:
+            part.least = self._least(part)
+            bound = max(bound, float(part.least.min()))
+        return bound
+
+    def prune(self, threshold: float) -> None:
+        """Drop the cells that no motion cheaper than `threshold` passes."""
+        for k, part in enumerate(self.slices):
+            assert part.least is not None
+            self.slices[k] = part.kept(part.least <= threshold)
+
+    def refined(self, spacing: float, threshold: float, deadline: float = np.inf) -> Tube:
+        """Return the tube on twice as many slices, its cells no longer than `spacing`."""
+        slices: list[Slice] = []
+        for k, part in enumerate(self.slices):
+            if k > 0:
+                slices.append(self._between(self.slices[k - 1], part, spacing, threshold, deadline))
+            slices.append(part if part.fixed else self._split(part, spacing))
+        return Tube(self.cover, self.objective, self.weights, slices)
+
+    def cheapest(self) -> FloatArray:
+        """Return postures (slices, n) along the cheapest chords."""
+        part = self.slices[-1]
+        v = part.forward.v + part.backward.v
+        cell, end = np.unravel_index(int(np.argmin(v)), v.shape)
+        q = [(part.cells.a if end == 0 else part.cells.b)[cell]]
+        slope = np.empty(self.cover.n)
+        for one, two in zip(self.slices[-2::-1], self.slices[:0:-1], strict=True):
+            cells, reach = one.cells, np.tile([0.0, 1.0], (len(one.cells), 1))
+            _, cell, s = _kernels.propose(
+                _KINDS[self.objective], two.r - one.r, self.weights, self.cover.wraps, cells.a, cells.b,
+                one.forward.v, one.joined, reach, q[-1], slope,
+            )  # fmt: skip
+            x = cells.a[cell] + s * (cells.b[cell] - cells.a[cell])
+            q.append(x + np.where(self.cover.wraps, TAU * np.rint((q[-1] - x) / TAU), 0.0))
+        return np.array(q[::-1])
+
+    def _between(self, one: Slice, two: Slice, spacing: float, threshold: float, deadline: float) -> Slice:
+        """Return the slice half-way between two, with the cells that a motion cheaper than `threshold` may pass."""
+        now, r = _COARSE, 0.5 * (one.r + two.r)
+        new = self._slice(r, self.cover.cells(r, now))
+        while True:
+            new.forward = self._carried(one, one.forward, new, deadline, stretched=False)
+            new.backward = self._carried(two, two.backward, new, deadline, stretched=False)
+            new = new.kept(self._least(new) <= threshold)
+            if now <= spacing or len(new.cells) == 0:
+                return new
+            now = max(now / _FINER, spacing)
+            new = self._split(new, now)
+
+    def _split(self, part: Slice, spacing: float) -> Slice:
+        """Return a slice with its cells split."""
+        whole, cells = part.cells, self.cover.split(part.r, part.cells, np.full(len(part.cells), spacing))
+        new, of = self._slice(part.r, cells), cells.origin
+        for end, column in ((0, 2), (1, 3)):
+            new.severed[:, end] = part.severed[of, end] & (cells.pieces[:, column] == whole.pieces[of, column])
+        return new
+
+    def _zero(self, part: Slice) -> Values:
+        m, n = part.cells.a.shape
+        return Values(np.zeros((m, 2)), np.zeros((m, n)), np.zeros(m))
+
+    def _slice(self, r: float, cells: Cells, fixed: bool = False) -> Slice:
+        joined = np.zeros(len(cells), bool)
+        same = (cells.pieces[1:, :2] == cells.pieces[:-1, :2]).all(axis=1) & (cells.pieces[1:, 2] == cells.pieces[:-1, 3])
+        step = cells.a[1:] - cells.b[:-1]
+        step = np.where(self.cover.wraps, step - TAU * np.rint(step / TAU), step)
+        joined[1:] = same & (np.abs(step).max(axis=1, initial=0.0) < 1e-9)
+        return Slice(r, cells, joined, np.zeros((len(cells), 2), bool), fixed)
+
+    def _carried(self, one: Slice, values: Values | None, two: Slice, deadline: float, stretched: bool = True) -> Values:
+        """Carry values from one slice to another."""
+        if time.perf_counter() > deadline:
+            raise OutOfTimeError
+        assert values is not None
+        a, b, h = one.cells, two.cells, abs(two.r - one.r)
+        reach = np.tile([0.0, 1.0], (len(a), 1))
+        if stretched:
+            more = _STRETCH * h / np.maximum(np.abs(a.b - a.a).max(axis=1), 1e-12)
+            reach += np.where(one.severed, np.column_stack([-more, more]), 0.0)
+        m = len(b)
+        found = Values(np.empty((m, 2)), np.empty((m, self.cover.n)), np.empty(m))
+        _kernels.step_values(
+            _KINDS[self.objective], h, self.weights, self.cover.wraps, a.a, a.b, a.dev,
+            values.v, values.g, values.lost, one.joined, reach, b.a, b.b, b.dev, two.joined,
+            found.v, found.g, found.lost,
+        )  # fmt: skip
+        return found
+
+    def _least(self, part: Slice) -> FloatArray:
+        one, two, out = part.forward, part.backward, np.empty(len(part.cells))
+        assert one is not None
+        assert two is not None
+        _kernels.least_through(part.cells.dev, one.v, one.g, one.lost, two.v, two.g, two.lost, out)
+        return out
+
+
+def first_tube(
+    cover: Cover, objective: str, weights: FloatArray, r: FloatArray, spacing: float,
+    start: FloatArray | None = None, end: FloatArray | None = None,
+) -> Tube:  # fmt: skip
+    """Return the whole angle domain on slices r; `start` and `end` are postures (m, n) that alone may be there."""
+    tube = Tube(cover, objective, weights, [])
+    for k, at in enumerate(r):
+        given = start if k == 0 else end if k == len(r) - 1 else None
+        cells = cover.cells(at, spacing) if given is None else cover.points(given)
+        tube.slices.append(tube._slice(float(at), cells, given is not None))
+    return tube

@@ -1,0 +1,205 @@
+"""Locally shortest motions, each found on coarse knots and refined until its cost no longer changes."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from selfmotion._types import FloatArray
+from selfmotion.angles import TAU
+from selfmotion.problem import Problem
+from selfmotion.refinement.closing import ClosedSpline
+from selfmotion.refinement.collocation import Collocation
+from selfmotion.refinement.newton import minimise
+from selfmotion.refinement.spline import SplineSpace
+from selfmotion.refinement.starts import Start
+from selfmotion.verification import Failure, verify_motion
+
+_COARSE = 48  # spans that starts are compared on
+_MOST_SPANS = 400
+_MOST_CORNERS = 48
+_JUST_BEFORE = 1e-9  # a corner, in r
+_TURN = 1e-3  # change of x' at a corner, as a part of the path's length
+_LEVELS = 8
+_ROUGH = 1e-6  # correction [rad] of spans that are bisected, or those corrected by half the largest if that is less
+_COARSE_TOLERANCE = 1e-7  # of Newton's method on the coarse level
+_REFINED = 3  # optima that are refined to the end, at most, once one of them holds
+_CAUTION = 10.0  # times as much as refinement changed one cost it may change another
+_CAUTION_WITH_KINKS = 0.3  # what rounding off a kink changes, it changes of all costs alike
+_WARM = 1e-5  # weight of the barrier on finer levels
+_MOST_FINE = 100  # iterations on a finer level
+_LEAST_WITH_KINKS = 1e-4  # tolerance that is worth its time for objectives with kinks
+# Two optima are one if their costs agree to this part and their joints to this angle [rad].
+_SAME_COST = 1e-4
+_SAME_ANGLE = 0.05
+_COMPARED_AT = np.linspace(0.0, 1.0, 65)
+# Rounding of the objectives' kinks on the coarse level, as a part of the path's length by the arm's reach, which is
+# about how fast joints move; and what each finer level makes of it.
+_WIDTH = 0.1
+_NARROWER = 0.25
+_NARROWEST = 3e-4
+
+
+@dataclass
+class Optimum:
+    """A locally shortest motion and how often starts ended in it."""
+
+    start: Start
+    collocation: Collocation
+    c: FloatArray
+    cost: float
+    found: int
+
+    @property
+    def coefficients(self) -> FloatArray:
+        return self.collocation.coefficients(self.c)
+
+    @property
+    def motion(self) -> ClosedSpline:
+        """The motion; free joints start in [−π, π], unless the problem says otherwise."""
+        problem, coefficients = self.collocation, self.coefficients
+        if problem.ends.start is None and problem.ends.end is None:
+            turns = np.where(problem.arm.limits.limited, 0.0, np.rint(coefficients[:, 0] / TAU))
+            coefficients = coefficients - TAU * turns[:, None]
+        return ClosedSpline(problem.arm, problem.path, problem.space, coefficients, problem.box)
+
+    def is_same(self, other: Optimum) -> bool:
+        if abs(self.cost - other.cost) > _SAME_COST * abs(self.cost):
+            return False
+        mine, theirs = (o.collocation.space.spline(o.coefficients)(_COMPARED_AT) for o in (self, other))
+        steps = theirs - mine
+        # Shifted by whole turns a motion costs the same.
+        return bool(np.abs(steps - TAU * np.rint(steps[0] / TAU)).max() <= _SAME_ANGLE)
+
+
+class Optima:
+    """The locally shortest motions that starts ended in.
+
+    Parameters
+    ----------
+    problem : Problem
+    tolerance : float
+        Relative change of the cost from one level of knots to the next at which refinement stops.
+    deadline : float
+        On the clock of ``time.perf_counter``.
+
+    Attributes
+    ----------
+    found : list of Optimum
+    ended, iterations : int
+        Starts from which Newton's method converged, and its iterations in all.
+    """
+
+    def __init__(self, problem: Problem, tolerance: float, deadline: float) -> None:
+        self.problem, self.tolerance, self.deadline = problem, tolerance, deadline
+        self.found: list[Optimum] = []
+        self.ended = self.iterations = 0
+        self._scale = float(problem.weights.max())  # the solver's weights are 1 at most
+
+    @cached_property
+    def _space(self) -> SplineSpace:
+        return SplineSpace.with_spans(_COARSE, self._corners())
+
+    def best(self) -> tuple[Optimum | None, Failure | None]:
+        """Refine the optima that could turn out to be the best, and return the best that holds; or why one does not."""
+        self.found.sort(key=lambda optimum: optimum.cost)
+        best: Optimum | None = None
+        failure: Failure | None = None
+        shift = 0.0  # what refinement has changed of a cost so far
+        caution = _CAUTION_WITH_KINKS if self.problem.objective.has_kinks else _CAUTION
+        for k, optimum in enumerate(self.found):
+            if best is not None and (k >= _REFINED or optimum.cost - caution * shift > best.cost):
+                break
+            finer = self._refined(optimum)
+            shift = max(shift, abs(finer.cost - optimum.cost))
+            self.found[k] = finer
+            check = verify_motion(self.problem, finer.motion)
+            if check.holds and (best is None or finer.cost < best.cost):
+                best = finer
+            elif not check.holds:
+                failure = failure or check.failures[0]
+        self.found.sort(key=lambda optimum: optimum.cost)
+        return best, failure
+
+    def _corners(self) -> FloatArray:
+        """Return where the path turns sharply, so that knots are put there: the sharpest corners if there are many."""
+        path, breaks = self.problem.path, self.problem.path.breaks
+        if not len(breaks):
+            return breaks
+        before = np.maximum(breaks - _JUST_BEFORE, 0.0)
+        turn = np.linalg.norm(path(breaks, 1) - path(before, 1), axis=1)
+        sharp = np.argsort(-turn, kind="stable")[:_MOST_CORNERS]
+        return np.sort(breaks[sharp[turn[sharp] > _TURN * path.length]])
+
+    def _collocation(self, start: Start, space: SplineSpace, width: float) -> Collocation:
+        problem, weights = self.problem, self.problem.weights / self._scale
+        rate = problem.path.length / problem.arm.reach
+        return Collocation(
+            problem.arm, problem.path, problem.objective, weights, start.box, space, start.ends, width * rate
+        )
+
+    def add(self, start: Start) -> Optimum | None:
+        """Refine one start on the coarse level, file the optimum it ends in and return it, if there is one."""
+        space = self._space
+        collocation = self._collocation(start, space, _WIDTH)
+        at = space.collocation
+        sampled = np.stack([np.interp(at, start.r, joint) for joint in start.q.T], axis=-1)
+        minimum = minimise(
+            collocation, space.interpolating(sampled), tolerance=_COARSE_TOLERANCE, deadline=self.deadline
+        )
+        if minimum is None:
+            return None
+        self.iterations += minimum.iterations
+        self.ended += minimum.converged
+        cost = minimum.cost * self._scale
+        optimum = Optimum(start, collocation, minimum.c, cost, found=int(minimum.converged))
+        for k, known in enumerate(self.found):
+            if known.is_same(optimum):
+                found = known.found + optimum.found
+                self.found[k] = replace(optimum if cost < known.cost else known, found=found)
+                return self.found[k]
+        self.found.append(optimum)
+        return optimum
+
+    def _refined(self, optimum: Optimum) -> Optimum:
+        """Return an optimum on knots so fine that the cost no longer changes, or as fine as time allows."""
+        tolerance, width = self.tolerance, _NARROWEST
+        if self.problem.objective.has_kinks:
+            tolerance, width = max(tolerance, _LEAST_WITH_KINKS), _WIDTH
+        before = np.inf
+        for _ in range(_LEVELS):
+            if time.perf_counter() > self.deadline:
+                break
+            space, motion = optimum.collocation.space, optimum.motion
+            cost = self.cost_of(motion)
+            settled = abs(cost - before) <= tolerance * cost or abs(cost - optimum.cost) <= 0.1 * tolerance * cost
+            correction = _corrections(motion)
+            rough = correction > min(_ROUGH, 0.5 * correction.max())
+            if width <= _NARROWEST and (settled or len(rough) + rough.sum() > _MOST_SPANS):
+                break
+            finer = space.bisected(rough) if len(rough) + rough.sum() <= _MOST_SPANS else space
+            before, width = cost, max(_NARROWER * width, _NARROWEST)
+            collocation = self._collocation(optimum.start, finer, width)
+            coefficients = finer.interpolating(space.spline(optimum.coefficients)(finer.collocation))
+            minimum = minimise(collocation, coefficients, 0.01 * tolerance, _WARM, _MOST_FINE, self.deadline)
+            if minimum is None:
+                break
+            self.iterations += minimum.iterations
+            optimum = Optimum(optimum.start, collocation, minimum.c, minimum.cost * self._scale, optimum.found)
+        return replace(optimum, cost=self.cost_of(optimum.motion))
+
+    def cost_of(self, motion: ClosedSpline) -> float:
+        """Return the true cost of a motion, by the quadrature of its spline."""
+        space = motion.space
+        rates = motion.rates(space.nodes)
+        return float(space.weights @ self.problem.objective.chord(rates, np.ones(len(rates)), self.problem.weights))
+
+
+def _corrections(motion: ClosedSpline) -> FloatArray:
+    """Return how much the motion is corrected on each span of its spline, at most [rad]."""
+    edges = motion.space.edges
+    looked_at = edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, 7)[1:-1]
+    return motion.correction(looked_at.ravel()).reshape(looked_at.shape).max(axis=1)
