@@ -13,7 +13,7 @@ from selfmotion.paths.ellipse import Arc, Circle, Ellipse
 from selfmotion.paths.line import Line
 from selfmotion.paths.lissajous import Lissajous
 from selfmotion.paths.rose import Rose
-from selfmotion.paths.transforms import ArcLength, Concatenation, Relative, Reversed, Transformed
+from selfmotion.paths.transforms import ArcLength, Concatenation, Relative, Reversed, Section, Transformed
 from selfmotion.paths.waypoints import Waypoints
 
 PATHS: dict[str, type[Path]] = {
@@ -51,6 +51,7 @@ __all__ = [
     "Relative",
     "Reversed",
     "Rose",
+    "Section",
     "Transformed",
     "Waypoints",
 ]

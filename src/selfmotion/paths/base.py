@@ -20,7 +20,7 @@ class Path(ABC):
     """A plane curve x(r) over r ∈ [0, 1].
 
     A subclass sets ``kind`` and implements :meth:`_evaluate`; it overrides :attr:`breaks` where the curve is
-    only piecewise smooth and :attr:`waypoints` where points were given.
+    only piecewise smooth, :attr:`waypoints` where points were given, and :meth:`_fastest` to take part in proofs.
     """
 
     kind: ClassVar[str]
@@ -28,6 +28,12 @@ class Path(ABC):
     @abstractmethod
     def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
         """Return the derivative of `order` 0, 1 or 2 at `r` of shape (k,), as shape (k, 2)."""
+
+    def _fastest(self, low: float, high: float) -> float:
+        """Return a bound on ``|x'(r)|`` over [low, high], right but for rounding."""
+        raise InvalidInputError(
+            "path", f"is a {type(self).__name__}, which bounds its speed nowhere", "implement its method _fastest"
+        )
 
     @property
     def breaks(self) -> FloatArray:
@@ -64,6 +70,30 @@ class Path(ABC):
             raise InvalidInputError("order", "must be 0, 1 or 2", "higher derivatives are not offered", order)
         return self._evaluate(values.reshape(-1), order).reshape((*values.shape, 2))
 
+    def fastest(self, low: float, high: float) -> float:
+        """Bound the speed on a part of the path.
+
+        Parameters
+        ----------
+        low, high : float
+            Ends of the part, ``0 ≤ low ≤ high ≤ 1``.
+
+        Returns
+        -------
+        float
+            Not below ``|x'(r)|`` anywhere in [low, high], at breaks on neither side: so
+            ``|x(r) − x(s)| ≤ fastest(low, high) |r − s|`` there. The narrower the part the sharper.
+
+        Raises
+        ------
+        InvalidInputError
+            If the part is not one of [0, 1], or the path knows no bound.
+        """
+        ends = path_parameter([low, high])
+        if ends[0] > ends[1]:
+            raise InvalidInputError("low", "is beyond high", "give the lower end first", (low, high))
+        return self._fastest(float(ends[0]), float(ends[1])) * (1.0 + _ROUNDING)
+
     def grid(self, parts: int) -> FloatArray:
         """Return a uniform grid of [0, 1] with `parts` parts and every break of the path in it, ascending."""
         return np.unique(np.concatenate([np.linspace(0.0, 1.0, parts + 1), self.breaks]))
@@ -84,6 +114,16 @@ class Path(ABC):
         """Whether the last point is the first one, to 1e-9 of :attr:`extent`."""
         first, last = self._evaluate(np.array([0.0, 1.0]), 0)
         return bool(np.hypot(*(last - first)) <= 1e-9 * self.extent)
+
+
+def largest_cosine(low: float, high: float, negative: bool = False) -> float:
+    """Return the maximum of the cosine, or of its negative, over angles [low, high]; rounding never lowers it."""
+    shift = np.pi if negative else 0.0
+    low, high = low + shift, high + shift
+    slack = _ROUNDING * (1.0 + abs(low) + abs(high))
+    if np.ceil((low - slack) / (2 * np.pi)) * 2 * np.pi <= high + slack:
+        return 1.0
+    return min(float(max(np.cos(low), np.cos(high))) + slack, 1.0)
 
 
 def path_parameter(r: ArrayLike) -> FloatArray:

@@ -71,3 +71,22 @@ class Bezier(Path):
         while len(layer) > 1:
             layer = (1 - t) * layer[:-1] + t * layer[1:]
         return layer[0]
+
+    def _fastest(self, low: float, high: float) -> float:
+        """Bound the speed by the control points of the derivative, a Bezier curve itself, cut down to the part."""
+        degree = len(self.control_points) - 1
+        points = degree * np.diff(self.control_points, axis=0)
+        if high < 1.0:
+            points = _first_part(points, high)
+        if low > 0.0:
+            points = _first_part(points[::-1], 1.0 - low / high)[::-1]
+        return float(np.hypot(points[:, 0], points[:, 1]).max())
+
+
+def _first_part(points: FloatArray, t: float) -> FloatArray:
+    """Return the control points of a Bezier curve's part from its start to its parameter `t`."""
+    found = [points[0]]
+    while len(points) > 1:
+        points = (1.0 - t) * points[:-1] + t * points[1:]
+        found.append(points[0])
+    return np.array(found)

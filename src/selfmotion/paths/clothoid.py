@@ -116,6 +116,9 @@ class Clothoid(Path):
         turning = self.factor * rate**2 * polyval(t, self._slope)
         return turning[:, None] * np.stack([np.cos(angle), -np.sin(angle)], axis=-1)
 
+    def _fastest(self, low: float, high: float) -> float:
+        return abs(self.factor * float(self.t_range[1] - self.t_range[0]))
+
 
 def _taylor(coefficients: FloatArray, center: float) -> FloatArray:
     """Return the ascending coefficients of the polynomial about `center`, by repeated synthetic division."""

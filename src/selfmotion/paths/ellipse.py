@@ -6,7 +6,7 @@ import numpy as np
 
 from selfmotion._checks import finite_array, number, positive, positive_pair, read_only, sweep_angle
 from selfmotion._types import FloatArray, Point
-from selfmotion.paths.base import Path
+from selfmotion.paths.base import Path, largest_cosine
 
 
 class Ellipse(Path):
@@ -62,6 +62,14 @@ class Ellipse(Path):
         c, s = np.cos(self.rotation), np.sin(self.rotation)
         turned = local @ np.array([[c, s], [-s, c]])
         return turned + self.center if order == 0 else turned
+
+    def _fastest(self, low: float, high: float) -> float:
+        # |dx/dφ|² = (a² + b²)/2 + (b² − a²)/2 cos 2φ
+        a, b = self.radii
+        ends = 2.0 * (self.start_angle + self.sweep * np.array([low, high]))
+        most = largest_cosine(float(ends.min()), float(ends.max()), negative=bool(a > b))
+        square = 0.5 * (a * a + b * b + abs(a * a - b * b) * most)
+        return abs(self.sweep) * float(np.sqrt(square))
 
 
 class Circle(Ellipse):

@@ -7,7 +7,7 @@ import numpy as np
 from selfmotion._checks import finite_array, number, positive_pair, read_only
 from selfmotion._types import FloatArray, Point
 from selfmotion.errors import InvalidInputError
-from selfmotion.paths.base import Path
+from selfmotion.paths.base import Path, largest_cosine
 
 
 class Lissajous(Path):
@@ -52,3 +52,12 @@ class Lissajous(Path):
         rates = 2 * np.pi * self.frequencies
         waves = self.radii * rates**order * np.sin(r[:, None] * rates + np.array([self.phase, 0.0]) + order * np.pi / 2)
         return waves + self.center if order == 0 else waves
+
+    def _fastest(self, low: float, high: float) -> float:
+        speeds = []
+        for radius, frequency, phase in zip(self.radii, self.frequencies, (self.phase, 0.0), strict=True):
+            # |cos α|² = (1 + cos 2α)/2
+            ends = 2.0 * (2 * np.pi * frequency * np.array([low, high]) + phase)
+            square = 0.5 * (1.0 + largest_cosine(float(ends.min()), float(ends.max())))
+            speeds.append(2 * np.pi * abs(frequency) * radius * np.sqrt(square))
+        return float(np.hypot(*speeds))

@@ -6,7 +6,7 @@ import numpy as np
 
 from selfmotion._checks import finite_array, number, positive, read_only, sweep_angle
 from selfmotion._types import FloatArray, Point
-from selfmotion.paths.base import Path
+from selfmotion.paths.base import Path, largest_cosine
 
 
 class Rose(Path):
@@ -59,3 +59,10 @@ class Rose(Path):
             angle = self.rotation + rate * r + order * np.pi / 2
             total += self.radius / 2 * rate**order * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         return total + self.center if order == 0 else total
+
+    def _fastest(self, low: float, high: float) -> float:
+        # Two rotations of rates a and b, 2kφ apart: |x'|² = (radius/2)² (a² + b² + 2ab cos 2kφ)
+        a, b = (1 + self.petals) * self.sweep, (1 - self.petals) * self.sweep
+        ends = 2.0 * self.petals * self.sweep * np.array([low, high])
+        most = largest_cosine(float(ends.min()), float(ends.max()), negative=a * b < 0)
+        return 0.5 * self.radius * float(np.sqrt(max(a * a + b * b + 2 * abs(a * b) * most, 0.0)))

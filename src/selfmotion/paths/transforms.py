@@ -1,4 +1,4 @@
-"""Paths made from paths: moved, reversed, joined end to end, seen from a moving point, run at constant speed."""
+"""Paths made from paths: moved, reversed, cut, joined end to end, seen from a moving point, run at constant speed."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ from selfmotion._types import FloatArray, Point
 from selfmotion.errors import InvalidInputError
 from selfmotion.paths.base import Path
 from selfmotion.quadrature import gauss_panels, panel_of
+
+# The length is known better than this part of it.
+_LENGTH_ERROR = 1e-9
 
 
 class Transformed(Path):
@@ -55,6 +58,9 @@ class Transformed(Path):
         moved = self.path(r, order) @ self._matrix
         return moved + self.translation if order == 0 else moved
 
+    def _fastest(self, low: float, high: float) -> float:
+        return self.factor * self.path.fastest(low, high)
+
 
 class Reversed(Path):
     """A path run backwards.
@@ -81,6 +87,63 @@ class Reversed(Path):
 
     def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
         return (-1) ** order * self.path(1.0 - r, order)
+
+    def _fastest(self, low: float, high: float) -> float:
+        return self.path.fastest(1.0 - high, 1.0 - low)
+
+
+class Section(Path):
+    """A part of a path.
+
+    Parameters
+    ----------
+    path : Path
+    r_range : array_like, shape (2,)
+        First and last parameter of the part, ascending, inside [0, 1].
+
+    Raises
+    ------
+    InvalidInputError
+        If the range is empty or leaves [0, 1].
+
+    Notes
+    -----
+    ``x(r) = path(a + (b − a) r)``. No problem file names it: the tool is to follow the whole of its path.
+    """
+
+    kind = "section"
+
+    def __init__(self, path: Path, r_range: Point) -> None:
+        self.path = path
+        self.r_range = read_only(finite_array("r_range", r_range, 1, 2))
+        first, last = (float(end) for end in self.r_range)
+        if not 0.0 <= first < last <= 1.0:
+            raise InvalidInputError("r_range", "is no part of [0, 1]", "give two ascending numbers inside", r_range)
+        self._first, self._width = first, last - first
+
+    def _inner(self, r: FloatArray) -> FloatArray:
+        return np.minimum(self._first + self._width * r, self.r_range[1])
+
+    def _mapped(self, r: FloatArray) -> FloatArray:
+        return (r[(r >= self._first) & (r <= self.r_range[1])] - self._first) / self._width
+
+    @property
+    def breaks(self) -> FloatArray:
+        """Those of the whole path that are inside."""
+        inside = self._mapped(self.path.breaks)
+        return inside[(inside > 0.0) & (inside < 1.0)]
+
+    @property
+    def waypoints(self) -> FloatArray:
+        """Those of the whole path that are in the part."""
+        return self._mapped(self.path.waypoints)
+
+    def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
+        return self._width**order * self.path(self._inner(r), order)
+
+    def _fastest(self, low: float, high: float) -> float:
+        ends = self._inner(np.array([low, high]))
+        return self._width * self.path.fastest(float(ends[0]), float(ends[1]))
 
 
 class Concatenation(Path):
@@ -141,6 +204,14 @@ class Concatenation(Path):
             result[mine] = part(local, order) / share**order
         return result
 
+    def _fastest(self, low: float, high: float) -> float:
+        speeds = []
+        for part, first, last in zip(self.parts, self.ends[:-1], self.ends[1:], strict=True):
+            if first <= high and low <= last:
+                inner = np.clip((np.array([low, high]) - first) / (last - first), 0.0, 1.0)
+                speeds.append(part.fastest(float(inner[0]), float(inner[1])) / float(last - first))
+        return max(speeds)
+
 
 class Relative(Path):
     """A path as seen from a point that runs along another one at the same r, its axes parallel to the world's.
@@ -172,6 +243,9 @@ class Relative(Path):
 
     def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
         return self.path(r, order) - self.origin(r, order)
+
+    def _fastest(self, low: float, high: float) -> float:
+        return self.path.fastest(low, high) + self.origin.fastest(low, high)
 
 
 class ArcLength(Path):
@@ -274,3 +348,6 @@ class ArcLength(Path):
         second = self.path(t, 2)
         normal = second - tangent * (tangent * second).sum(axis=1, keepdims=True)
         return self._total**2 * normal / speed[:, None] ** 2
+
+    def _fastest(self, low: float, high: float) -> float:
+        return self._total * (1.0 + _LENGTH_ERROR)

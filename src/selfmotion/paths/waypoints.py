@@ -52,19 +52,20 @@ class Waypoints(Path):
             at = int(np.flatnonzero(np.diff(knots) <= 0)[0])
             raise InvalidInputError("points", f"{at} and {at + 1} are too close to tell apart", "drop one of them")
         self.knots = read_only(knots)
-        self._spline = self._fit() if self.interpolation == "spline" else None
+        self._spline: Callable[..., FloatArray] | None = None
+        if self.interpolation == "spline":
+            self._spline, self._coefficients = self._fit()
 
     def __repr__(self) -> str:
         return f"Waypoints({self.points.tolist()}, {self.interpolation!r})"
 
-    def _fit(self) -> Callable[..., FloatArray]:
+    def _fit(self) -> tuple[Callable[..., FloatArray], FloatArray]:
+        """Return the spline, and its pieces' coefficients (4, k − 1, 2), the cubic ones first."""
         from scipy.interpolate import CubicSpline
 
         closed = len(self.points) > 2 and (self.points[0] == self.points[-1]).all()
-        spline: Callable[..., FloatArray] = CubicSpline(
-            self.knots, self.points, bc_type="periodic" if closed else "not-a-knot"
-        )
-        return spline
+        spline = CubicSpline(self.knots, self.points, bc_type="periodic" if closed else "not-a-knot")
+        return spline, np.asarray(spline.c)
 
     @property
     def breaks(self) -> FloatArray:
@@ -87,3 +88,20 @@ class Waypoints(Path):
             return (self.points[piece + 1] - self.points[piece]) / width
         t = (r[:, None] - self.knots[piece][:, None]) / width
         return (1 - t) * self.points[piece] + t * self.points[piece + 1]
+
+    def _fastest(self, low: float, high: float) -> float:
+        pieces = np.flatnonzero((self.knots[:-1] <= high) & (self.knots[1:] >= low))
+        left, right = self.knots[pieces], self.knots[pieces + 1]
+        if self._spline is None:
+            speeds = (self.points[pieces + 1] - self.points[pieces]) / (right - left)[:, None]
+            return float(np.hypot(speeds[:, 0], speeds[:, 1]).max())
+        # On each piece the speed is a parabola: a Bezier curve of three control points.
+        left, right = np.clip(low, left, right), np.clip(high, left, right)
+        half = 0.5 * (right - left)[:, None]
+        cubic, square, linear = (self._coefficients[k][pieces] for k in range(3))
+        start = (left - self.knots[pieces])[:, None]
+        one = (3 * cubic * start + 2 * square) * start + linear
+        two = one + half * (6 * cubic * start + 2 * square)
+        stop = start + 2 * half
+        three = (3 * cubic * stop + 2 * square) * stop + linear
+        return float(max(np.hypot(points[:, 0], points[:, 1]).max() for points in (one, two, three)))
