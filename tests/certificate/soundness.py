@@ -9,11 +9,11 @@ claim of infeasibility is refuted, or something failed.
 
 import argparse
 import json
-import multiprocessing
 import os
 import sys
 import time
 import traceback
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import NamedTuple
 
@@ -99,13 +99,14 @@ def violations(records):
 
 
 def contradictions(records):
-    """(seed, rival, cost) of motions of problems that are said to have none."""
-    return [
-        (record["seed"], name, cost)
-        for record in records
-        if record["status"] == "infeasible"
-        for name, (cost, _) in _motions(record).items()
-    ]
+    """(seed, who, cost) where problems are said to be infeasible and are not: the structure knows no cost."""
+    found = []
+    for record in records:
+        if record["status"] == "infeasible":
+            found += [(record["seed"], name, cost) for name, (cost, _) in _motions(record).items()]
+            if record["kind"] == "reachable":
+                found.append((record["seed"], "the structure of the angle domain", None))
+    return found
 
 
 def _motions(record):
@@ -142,14 +143,11 @@ def run(seeds, rivals, file, gap, time_limit, kind="random", workers=1):
 
 def _records(jobs, workers):
     if workers == 1:
-        yield from map(_job, jobs)
+        yield from (record_of(*job) for job in jobs)
         return
-    with multiprocessing.Pool(workers) as pool:
-        yield from pool.imap_unordered(_job, jobs)
-
-
-def _job(job):
-    return record_of(*job)
+    with ProcessPoolExecutor(workers) as pool:  # unlike a plain pool it notices when a process dies
+        for done in as_completed([pool.submit(record_of, *job) for job in jobs]):
+            yield done.result()
 
 
 def report(records):

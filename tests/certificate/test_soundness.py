@@ -31,6 +31,13 @@ def test_no_motion_costs_less_than_is_proved():
     assert len(compared) >= 0.7 * len(SAMPLE), text
 
 
+def test_what_the_structure_says_can_be_reached_is_not_called_infeasible():
+    records = [record_of(seed, [], gap=1e-2, time_limit=5.0, kind="reachable") for seed in range(10)]
+    text, good = report(records)
+    assert good, text
+    assert sum(record["status"] == "solved" for record in records) >= 8, text
+
+
 @pytest.mark.parametrize(("elbow", "start", "known"), KNOWN)
 def test_the_paper_s_case_is_bounded_from_both_sides(elbow, start, known):
     problem = seed_problem(elbow, start)
@@ -70,6 +77,12 @@ def test_a_wrong_claim_is_reported(monkeypatch, claimed):
     else:
         assert [found[:2] for found in violations(records)] == [(seed, "cheap")]
         assert f"violations: 1\n  seed {seed}: cheap costs" in text
+
+
+def test_infeasible_is_contradicted_by_the_structure_alone(monkeypatch):
+    monkeypatch.setattr(soundness, "bound_of", lambda *_: Bound("infeasible", None, None, None, 0.1))
+    records = [record_of(0, [], 1e-3, 5.0, kind) for kind in ("reachable", "random")]
+    assert contradictions(records) == [(0, "the structure of the angle domain", None)]
 
 
 def test_a_bound_above_the_planner_s_own_cost_is_a_violation_and_a_failure_is_reported(monkeypatch):
