@@ -1,0 +1,206 @@
+"""Boxes of joint angles that hold the self-motion of three links for all task points in a disc, on plain arrays.
+
+Charts and pieces are those of :mod:`selfmotion.arms._cover_kernels`. A piece is enclosed in three ways, the narrowest
+of which counts: link by link; by the mean value theorem from the posture in the middle, with
+
+    dφ_m = t_m/t_i dφ_i  along the self-motion,   |∂φ_m/∂x| = 1/(l_m l_i |t_i|)  while φ_i stands still;
+
+and the joint between the two links that are not the chart's from the distance that they bridge alone.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from selfmotion._compiled import kernel
+from selfmotion._types import BoolArray, FloatArray, IntArray
+from selfmotion.arms._cover_kernels import DROP, PAD, REGULAR, TAU, cosine_range, enclose, is_led, others, solve, speeds
+
+_THINNEST = 0.3  # parts of the wanted radius: a piece this thin has a large box because of the disc
+_DEEPEST = 512  # pieces that wait to be looked at
+_OPTIONS = 32  # turns of a joint that are told apart
+
+
+@kernel
+def bridged(
+    links: FloatArray, x: float, y: float, rho: float, chart: int, low: float, high: float
+) -> tuple[float, float]:
+    """Return the range of the distance that the two links other than the chart's bridge."""
+    own = links[chart]
+    r, psi = np.hypot(x, y), np.arctan2(y, x)
+    pad = PAD * (r + links.sum())
+    least, most = cosine_range(low - psi - PAD, high - psi + PAD)
+    shortest = np.sqrt((r - own) ** 2 + 2 * r * own * max(1.0 - most - PAD, 0.0)) - rho - pad
+    longest = np.sqrt((r - own) ** 2 + 2 * r * own * (1.0 - least + PAD)) + rho + pad
+    return shortest, longest
+
+
+@kernel
+def angle_between(one: float, two: float, d: float) -> float:
+    """Return the angle in [0, π] between the directions of two links that bridge the distance d together."""
+    top = max((one + two - d) * (one + two + d), 0.0)
+    bottom = max((d - abs(one - two)) * (d + abs(one - two)), 0.0)
+    return 2.0 * np.arctan2(np.sqrt(top), np.sqrt(bottom))
+
+
+@kernel
+def joint_box(
+    links: FloatArray, x: float, y: float, rho: float, direction: float, chart: int, sign: float, low: float,
+    high: float, middle: FloatArray, radius: FloatArray, t: FloatArray, dt: FloatArray, box: FloatArray,
+) -> int:  # fmt: skip
+    """Enclose the joint angles of a piece in `box` (n, 2); return DROP, REGULAR or ROUGH as :func:`enclose` does.
+
+    DROP also if another chart serves for all of it.
+    """
+    n = len(box)
+    kind = enclose(links, x, y, rho, chart, sign, low, high, middle, radius)
+    if kind == DROP:
+        return DROP
+    speeds(links, middle, radius, t, dt)
+    if is_led(t, chart):
+        return DROP
+    for m in range(n):
+        # Joint m is φ_m − φ_{m−1}, the fourth is direction − φ_3.
+        angle, room = (middle[m], radius[m]) if m < 3 else (direction, 0.0)
+        if m > 0:
+            angle, room = angle - middle[m - 1], room + radius[m - 1]
+        room += PAD * (1.0 + abs(angle) + abs(middle[m - 1]))
+        box[m, 0], box[m, 1] = angle - room, angle + room
+    if kind == REGULAR and abs(t[chart, 0]) > 1.01 * t[chart, 1]:
+        narrow(links, x, y, rho, direction, chart, sign, low, high, t, box)
+    j, k = others(chart)
+    if k == j + 1:  # a joint lies between the two
+        shortest, longest = bridged(links, x, y, rho, chart, low, high)
+        least = angle_between(links[j], links[k], longest) - 4 * PAD
+        most = angle_between(links[j], links[k], shortest) + 4 * PAD
+        if sign < 0:
+            least, most = -most, -least
+        box[k, 0], box[k, 1] = max(box[k, 0], least), min(box[k, 1], most)
+    return kind
+
+
+@kernel
+def narrow(
+    links: FloatArray, x: float, y: float, rho: float, direction: float, chart: int, sign: float, low: float,
+    high: float, t: FloatArray, box: FloatArray,
+) -> None:  # fmt: skip
+    """Narrow the box of a piece by the mean value theorem, from the posture in the middle of piece and disc."""
+    half, middle = 0.5 * (high - low) * (1.0 + PAD), 0.5 * (low + high)
+    size = np.hypot(x, y) + links.sum()
+    slowest = abs(t[chart, 0]) - t[chart, 1]
+    lever = 1.0 / (links[chart] * slowest)
+    exact = np.empty(3)
+    solve(links, x, y, chart, sign, middle, exact)
+    for m in range(len(box)):
+        angle, rate, room, shift = direction, 0.0, 0.0, 0.0
+        if m < 3:
+            angle, rate, room, shift = exact[m], t[m, 0], t[m, 1], 1.0 / links[m] if m != chart else 0.0
+        if m > 0:
+            angle, rate, room = angle - exact[m - 1], rate - t[m - 1, 0], room + t[m - 1, 1]
+            shift += 1.0 / links[m - 1] if m - 1 != chart else 0.0
+        spread = (abs(rate) + room) / slowest * half + shift * lever * rho * (1.0 + PAD)
+        spread += PAD * (2.0 + abs(angle) + abs(direction) + size * lever * (shift + 1.0 / links.min()))
+        box[m, 0], box[m, 1] = max(box[m, 0], angle - spread), min(box[m, 1], angle + spread)
+
+
+@kernel
+def options(
+    low: float, high: float, windows: FloatArray, inside_low: float, inside_high: float, found: FloatArray
+) -> int:
+    """List where [low, high], moved by whole turns, meets a window and [inside_low, inside_high]; return how often."""
+    count = 0
+    for w in range(len(windows)):
+        floor, ceiling = max(windows[w, 0], inside_low), min(windows[w, 1], inside_high)
+        turn, last = np.ceil((floor - high) / TAU - PAD), np.floor((ceiling - low) / TAU + PAD)
+        while turn <= last:
+            one, two = low + TAU * turn, high + TAU * turn
+            start, stop = max(one, floor), max(min(two, ceiling), one, floor)
+            if count < len(found):
+                found[count, 0], found[count, 1] = start, stop
+                found[count, 2] = 1.0 if one >= windows[w, 0] and two <= windows[w, 1] else 0.0
+                count += 1
+            else:  # the last one takes in all that are too many
+                found[count - 1, 0], found[count - 1, 1] = (
+                    min(found[count - 1, 0], start),
+                    max(found[count - 1, 1], stop),
+                )
+                found[count - 1, 2] = 0.0
+            turn += 1.0
+    return count
+
+
+@kernel
+def all_options(
+    box: FloatArray, wraps: BoolArray, windows: FloatArray, first: IntArray, inside_low: FloatArray,
+    inside_high: FloatArray, ways: FloatArray, many: IntArray,
+) -> bool:  # fmt: skip
+    """List the options of each joint; return whether every joint has one."""
+    for j in range(len(box)):
+        if wraps[j]:
+            center, half = 0.5 * (box[j, 0] + box[j, 1]), min(0.5 * (box[j, 1] - box[j, 0]), np.pi)
+            center -= TAU * np.rint(center / TAU)
+            ways[j, 0, 0], ways[j, 0, 1], ways[j, 0, 2] = center - half, center + half, 1.0
+            many[j] = 1
+        else:
+            mine = windows[first[j] : first[j + 1]]
+            many[j] = options(box[j, 0], box[j, 1], mine, inside_low[j], inside_high[j], ways[j])
+        if many[j] == 0:
+            return False
+    return True
+
+
+@kernel
+def is_last(pick: IntArray, many: IntArray) -> bool:
+    """Go on to the next combination of options; return whether there is none."""
+    for j in range(len(pick)):
+        pick[j] += 1
+        if pick[j] < many[j]:
+            return False
+        pick[j] = 0
+    return True
+
+
+@kernel
+def slab_boxes(
+    links: FloatArray, x: float, y: float, rho: float, direction: float, wraps: BoolArray, windows: FloatArray,
+    first: IntArray, pieces: FloatArray, inside_low: FloatArray, inside_high: FloatArray, size: FloatArray,
+    narrowest: float,
+    low: FloatArray, high: FloatArray, clean: BoolArray, found: FloatArray, origin: IntArray,
+) -> int:  # fmt: skip
+    """Cover pieces (p, 4) of the self-motion of a disc by boxes; return how many there are, as :func:`cover` does.
+
+    Limited joints stay in [inside_low, inside_high] (p, n) as well.
+    """
+    n, capacity, count = low.shape[1], len(low), 0
+    stack, t, dt = np.empty((_DEEPEST, 2)), np.empty((3, 2)), np.empty((3, 2))
+    middle, radius, box = np.empty(3), np.empty(3), np.empty((n, 2))
+    many, pick, ways = np.ones(n, np.int64), np.zeros(n, np.int64), np.empty((n, _OPTIONS, 3))
+    for p in range(len(pieces)):
+        chart, sign = int(pieces[p, 0]), pieces[p, 1]
+        stack[0, 0], stack[0, 1] = pieces[p, 2], pieces[p, 3]
+        depth = 1
+        while depth > 0:
+            depth -= 1
+            start, stop = stack[depth, 0], stack[depth, 1]
+            kind = joint_box(links, x, y, rho, direction, chart, sign, start, stop, middle, radius, t, dt, box)
+            if kind == DROP or not all_options(box, wraps, windows, first, inside_low[p], inside_high[p], ways, many):
+                continue
+            longest = 0.5 * (box[:, 1] - box[:, 0]).max()
+            if longest > size[p] and stop - start > max(_THINNEST * size[p], narrowest) and depth + 2 <= _DEEPEST:
+                cut = 0.5 * (start + stop)
+                stack[depth, 0], stack[depth, 1] = cut, stop
+                stack[depth + 1, 0], stack[depth + 1, 1] = start, cut
+                depth += 2
+                continue
+            pick[:] = 0
+            while True:
+                if count < capacity:
+                    clean[count], origin[count] = kind == REGULAR, p
+                    for j in range(n):
+                        low[count, j], high[count, j] = ways[j, pick[j], 0], ways[j, pick[j], 1]
+                        clean[count] = clean[count] and ways[j, pick[j], 2] > 0.0
+                    found[count, 0], found[count, 1], found[count, 2], found[count, 3] = chart, sign, start, stop
+                count += 1
+                if is_last(pick, many):
+                    break
+    return count
