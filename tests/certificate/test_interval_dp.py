@@ -255,21 +255,21 @@ def test_refined_motions_of_the_seed_cost_more(seed_arm, seed_path, objective, l
 
 def test_motions_of_random_problems_cost_more():
     compared = 0
-    for seed in range(33):
+    for seed in range(16):
         rng = np.random.default_rng(seed)
         arm, objective = random_arm(rng, widest=9.0), OBJECTIVE_NAMES[seed % 3]
         path = random_line(rng, arm)
         problem = sm.Problem(arm, path, objective=objective, weights=rng.uniform(0.5, 2, arm.n))
         bound = interval_bound(problem, 8, 512)
         try:
-            cost = sm.plan(problem, sm.Refine(starts=2, tolerance=1e-3, time_limit=2.0)).cost
+            cost = sm.plan(problem, sm.Refine(starts=1, tolerance=1e-3, time_limit=2.0)).cost
         except sm.InfeasibleError:
             continue  # most bounds are infinite here, but a chord may also leap where no motion can
         except sm.NothingFeasibleError:
             continue
         assert bound < cost * (1 + 1e-9)
         compared += 1
-    assert compared > 15
+    assert compared > 9
 
 
 def test_an_empty_cover_proves_that_there_is_no_motion():
