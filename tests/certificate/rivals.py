@@ -14,6 +14,8 @@ from shortening import LEVELS, Shortener, shortened
 import selfmotion as sm
 from selfmotion.errors import SelfMotionError
 
+# Slabs, spacing of postures and largest step [rad].
+_LADDERS = ((32, 0.035, 0.6), (100, 0.03, 0.5))
 _FINER = 3  # ways through the ladder that are shortened further
 _SAME_COST = 1e-4
 
@@ -24,9 +26,12 @@ _DIFFERENCE = 1e-6
 _GUESSES = 240  # values of u that followers choose from
 
 
-def cheap(problem, seed, slabs=32, spacing=0.035, radius=0.6):
-    """The ladder's ways, shortened."""
-    task = Task(problem)
+def cheap(problem, seed):
+    """The ladder's ways, shortened; a longer ladder where the first one has none."""
+    return next(filter(None, (_climbed(Task(problem), *ladder) for ladder in _LADDERS)), None)
+
+
+def _climbed(task, slabs, spacing, radius):
     ladder = Ladder(task, slabs, spacing, radius)
     if not ladder.is_whole:
         return None
