@@ -47,7 +47,7 @@ if TYPE_CHECKING:
         Transformed,
         Waypoints,
     )
-    from selfmotion.planners import BSpline, Harmonics, Modules, MovingBase, Plan, Refine, Sinusoid, plan
+    from selfmotion.planners import BSpline, Global, Harmonics, Modules, MovingBase, Plan, Refine, Sinusoid, plan
     from selfmotion.problem import Problem
 
 _HOME = {
@@ -62,7 +62,7 @@ _HOME = {
         "Arc", "ArcLength", "Bezier", "Circle", "Clothoid", "Concatenation", "Ellipse", "Line", "Lissajous",
         "Reversed", "Rose", "Transformed", "Waypoints",
     ),
-    "planners": ("BSpline", "Harmonics", "Modules", "MovingBase", "Plan", "Refine", "Sinusoid", "plan"),
+    "planners": ("BSpline", "Global", "Harmonics", "Modules", "MovingBase", "Plan", "Refine", "Sinusoid", "plan"),
     "problem": ("Problem",),
     "mending": ("repair",),
     "judgement": ("judge",),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +16,9 @@ from selfmotion.optimizers import History
 from selfmotion.problem import Problem
 from selfmotion.quadrature import Integral
 from selfmotion.verification import Verification, verify_motion
+
+if TYPE_CHECKING:
+    from selfmotion.certificate.result import Certificate
 
 RESULT_FIELDS = (
     "status", "cost", "cost_error", "cost_sampled", "lower_bound", "gap", "l1_travel", "l2_travel",
@@ -60,6 +63,8 @@ class Plan:
     ----------
     lower_bound, gap : float or None
         A proved bound on every motion's cost and the relative distance to it; None for planners without one.
+    certificate : Certificate or None
+        The proof of the bound.
     reconfigurations : int
         Planned breaks of the motion.
     """
@@ -83,7 +88,14 @@ class Plan:
         self.history = history
         self.lower_bound: float | None = None
         self.gap: float | None = None
+        self.certificate: Certificate | None = None
         self.reconfigurations = 0
+
+    def certify(self, certificate: Certificate) -> None:
+        """Take over what was proved of every motion's cost."""
+        self.certificate = certificate
+        self.lower_bound = certificate.bound
+        self.gap = (self.cost + self.cost_error - certificate.bound) / self.cost
 
     def __repr__(self) -> str:
         return f"Plan({self.planner}, cost={self.cost:.9g} ± {self.cost_error:.1g})"

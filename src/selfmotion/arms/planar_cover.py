@@ -16,7 +16,7 @@ import numpy as np
 from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms._cover_kernels import cover
-from selfmotion.certificate.cells import Cells
+from selfmotion.arms.cells import Cells
 
 if TYPE_CHECKING:
     from selfmotion.arms.planar import PlanarArm
@@ -34,12 +34,8 @@ class PlanarCover:
         self.arm, self.path, self.n = arm, path, arm.n
         self.offset, self.direction = arm.annulus[0], 0.0 if arm.direction is None else arm.direction
         self.links = np.ascontiguousarray(arm.links[:3])
-        boxes = arm.boxes(elbow)
-        windows, self.wraps = [], np.zeros(arm.n, bool)
-        for j in range(arm.n):
-            mine = sorted({(float(box.lower[j]), float(box.upper[j])) for box in boxes})
-            self.wraps[j] = not np.isfinite(mine).all()
-            windows.append([] if self.wraps[j] else mine)
+        windows = [_windows(arm, elbow, j) for j in range(arm.n)]
+        self.wraps = np.array([not mine for mine in windows])
         self.first = np.cumsum([0, *(len(w) for w in windows)])
         flat = [pair for w in windows for pair in w]
         self.windows = np.array(flat, float).reshape(-1, 2) + np.array([-_OVERRUN, _OVERRUN])
@@ -84,3 +80,18 @@ class PlanarCover:
             if count <= capacity:
                 return Cells(a[:count], b[:count], dev[:count], found[:count], origin[:count])
             capacity = count
+
+
+def _windows(arm: PlanarArm, elbow: str, joint: int) -> list[tuple[float, float]]:
+    """Return the intervals that a joint may lie in, none if it is an angle modulo 2π.
+
+    A joint with a limit on one side is one: by whole turns any motion gets away from it.
+    """
+    low, high = float(arm.limits.lower[joint]), float(arm.limits.upper[joint])
+    two_sided = np.isfinite(low) and np.isfinite(high)
+    boxes = [(float(box.lower[joint]), float(box.upper[joint])) for box in arm.boxes(elbow)]
+    if two_sided:
+        return sorted(set(boxes))
+    if joint == 1 and elbow != "any":  # all half turns are alike; one may be cut by the limit
+        return [max(boxes, key=lambda box: box[1] - box[0])]
+    return []

@@ -1,7 +1,9 @@
 """The certificate on plain arrays: proposals of a value function, and what is proved of them pair by pair.
 
-:mod:`selfmotion.certificate` says what the arrays are, docs/mathematics why the result is a bound. What carries the
-proof is :func:`shortfall`; everything else only makes it sharp.
+:mod:`selfmotion.certificate.tube` says what the arrays are, docs/mathematics why the result is a bound. What carries
+the proof is :func:`shortfall` with :func:`pair`, and the tests that let a pair be skipped, :func:`is_far` with
+:func:`distance` and :func:`blocks_of`; everything else only makes it sharp. Work arrays are handed down, since allocating them costs more
+than using them.
 """
 
 from __future__ import annotations
@@ -9,34 +11,16 @@ from __future__ import annotations
 import numpy as np
 
 from selfmotion._compiled import kernel
-from selfmotion._types import BoolArray, FloatArray, IntArray
+from selfmotion._types import BoolArray, FloatArray
 
 TAU = 2 * np.pi
 TRAVEL, L1, L2 = 0, 1, 2
 # Each value is a sum of some forty products; this part of the sum of their sizes is far more than rounding makes of it.
 ROUNDING = 2e-14
-
-
-@kernel
-def chord(kind: int, d: FloatArray, h: float, w: FloatArray, g: FloatArray) -> float:
-    """Return the cost c(d; h) of a chord and fill in a subgradient."""
-    total = 0.0
-    if kind == TRAVEL:
-        for i in range(len(d)):
-            length = np.sqrt(h * h + d[i] * d[i])
-            total += w[i] * length
-            g[i] = w[i] * d[i] / length
-    elif kind == L1:
-        for i in range(len(d)):
-            total += w[i] * abs(d[i])
-            g[i] = w[i] * np.sign(d[i])
-    else:
-        for i in range(len(d)):
-            total += (w[i] * d[i]) ** 2
-        total = np.sqrt(total)
-        for i in range(len(d)):
-            g[i] = w[i] * w[i] * d[i] / total if total > 0.0 else 0.0
-    return total
+BLOCK = 16  # cells that are looked at together before each by itself
+_CLOSE = 1e-4  # of a cell's length: a proposal that is off by so much in s is off by its square in value
+_CLOSER = 1e-7  # the same for a tangent plane, which is off by so much itself
+_ROWS = 12  # of work arrays
 
 
 @kernel
@@ -57,112 +41,134 @@ def cost(kind: int, d: FloatArray, h: float, w: FloatArray) -> float:
 
 
 @kernel
-def curvature(kind: int, d: FloatArray, h: float, w: FloatArray, g: FloatArray, u: FloatArray, v: FloatArray) -> float:
-    """Return uᵀHv for the Hessian H of c at d, of which g is the gradient."""
+def chord(kind: int, d: FloatArray, h: float, w: FloatArray, g: FloatArray, bend: FloatArray) -> tuple[float, float]:
+    """Return the cost c(d; h) of a chord and a factor f; fill in a subgradient g and `bend`.
+
+    The Hessian is ``diag(bend) − f g gᵀ``.
+    """
     total = 0.0
     if kind == TRAVEL:
         for i in range(len(d)):
-            length = np.sqrt(h * h + d[i] * d[i])
-            total += w[i] * h * h / length**3 * u[i] * v[i]
-    elif kind == L2:
-        size, one, two = 0.0, 0.0, 0.0
+            square = h * h + d[i] * d[i]
+            length = np.sqrt(square)
+            total += w[i] * length
+            g[i] = w[i] * d[i] / length
+            bend[i] = w[i] * h * h / (square * length)
+        return total, 0.0
+    if kind == L1:
         for i in range(len(d)):
-            size += (w[i] * d[i]) ** 2
-            total += w[i] * w[i] * u[i] * v[i]
-            one += g[i] * u[i]
-            two += g[i] * v[i]
-        total = (total - one * two) / max(np.sqrt(size), 1e-300)
-    return total
+            total += w[i] * abs(d[i])
+            g[i] = w[i] * np.sign(d[i])
+            bend[i] = 0.0
+        return total, 0.0
+    for i in range(len(d)):
+        total += (w[i] * d[i]) ** 2
+    total = np.sqrt(total)
+    factor = 1.0 / total if total > 1e-300 else 0.0
+    for i in range(len(d)):
+        bend[i] = w[i] * w[i] * factor
+        g[i] = bend[i] * d[i]
+    return total, factor
 
 
 @kernel
 def best_along(
     kind: int, h: float, w: FloatArray, y: FloatArray, a: FloatArray, step: FloatArray, va: float, vb: float,
-    first: float, last: float, g: FloatArray,
+    first: float, last: float, d: FloatArray, g: FloatArray, bend: FloatArray,
 ) -> tuple[float, float]:  # fmt: skip
     """Minimise ``(1 − s) va + s vb + c(y − a − s·step; h)`` over s in [first, last]; return the least value and its s."""
     n = len(y)
-    d = np.empty(n)
+    best, at = np.inf, first
     if kind == L1:
-        best, at = np.inf, first
         for k in range(n + 2):
-            if k < n:
-                if step[k] == 0.0:
-                    continue
-                s = min(max((y[k] - a[k]) / step[k], first), last)
-            else:
-                s = first if k == n else last
+            if k < n and step[k] == 0.0:
+                continue
+            s = first if k == n else last if k > n else min(max((y[k] - a[k]) / step[k], first), last)
             for i in range(n):
                 d[i] = y[i] - a[i] - s * step[i]
             value = va + s * (vb - va) + cost(kind, d, h, w)
             if value < best:
                 best, at = value, s
-        for i in range(n):
-            d[i] = y[i] - a[i] - at * step[i]
-        chord(kind, d, h, w, g)
-        return best, at
-    low, high = first, last
-    s = min(max(0.5, first), last)
-    value, best, at = 0.0, np.inf, s
-    for _ in range(25):
-        for i in range(n):
-            d[i] = y[i] - a[i] - s * step[i]
-        value = va + s * (vb - va) + chord(kind, d, h, w, g)
-        if value < best:
-            best, at = value, s
-        slope = vb - va
-        for i in range(n):
-            slope -= g[i] * step[i]
-        if slope > 0.0:
-            high = s
-        else:
-            low = s
-        bend = curvature(kind, d, h, w, g, step, step)
-        new = s - slope / bend if bend > 0.0 else (first if slope > 0.0 else last)
-        new = min(max(new, first), last)
-        if not low <= new <= high or abs(new - s) > 0.75 * (last - first):
-            new = 0.5 * (low + high) if new != first and new != last else new
-        if abs(new - s) <= 1e-9:
-            break
-        s = new
+    else:
+        low, high, s = first, last, min(max(0.5, first), last)
+        for _ in range(25):
+            for i in range(n):
+                d[i] = y[i] - a[i] - s * step[i]
+            length, factor = chord(kind, d, h, w, g, bend)
+            value = va + s * (vb - va) + length
+            if value < best:
+                best, at = value, s
+            along, curved = 0.0, 0.0
+            for i in range(n):
+                along += g[i] * step[i]
+                curved += bend[i] * step[i] * step[i]
+            slope = vb - va - along
+            curved -= factor * along * along
+            if slope > 0.0:
+                high = s
+            else:
+                low = s
+            new = s - slope / curved if curved > 0.0 else (first if slope > 0.0 else last)
+            new = min(max(new, first), last)
+            if (new < low or new > high) or (new != first and new != last and abs(new - s) > 0.75 * (last - first)):
+                new = 0.5 * (low + high)
+            if abs(new - s) <= _CLOSE:
+                break
+            s = new
     for i in range(n):
         d[i] = y[i] - a[i] - at * step[i]
-    chord(kind, d, h, w, g)
+    chord(kind, d, h, w, g, bend)
     return best, at
 
 
 @kernel
-def nearest_shift(wraps: BoolArray, d: FloatArray, shift: FloatArray) -> None:
-    """Fill in the whole turns that bring free joints' differences into [−π, π]."""
-    for i in range(len(d)):
-        shift[i] = TAU * np.rint(d[i] / TAU) if wraps[i] else 0.0
+def at_node(
+    kind: int, h: float, w: FloatArray, wraps: BoolArray, x: FloatArray, value: float, y: FloatArray, d: FloatArray
+) -> float:
+    """Return the value with which posture y is reached from posture x."""
+    for i in range(len(y)):
+        d[i] = y[i] - x[i]
+        if wraps[i]:
+            d[i] -= TAU * np.rint(d[i] / TAU)
+    return value + cost(kind, d, h, w)
 
 
 @kernel
 def propose(
     kind: int, h: float, w: FloatArray, wraps: BoolArray, a: FloatArray, b: FloatArray, v: FloatArray,
-    joined: BoolArray, reach: FloatArray, y: FloatArray, g: FloatArray,
+    joined: BoolArray, reach: FloatArray, middle: FloatArray, room: FloatArray, lowest: FloatArray,
+    y: FloatArray, near: int, g: FloatArray, work: FloatArray,
 ) -> tuple[float, int, float]:  # fmt: skip
     """Return the least value with which posture y can be reached from cells, the cell and its s; fill in ∇c there.
 
-    ``reach[k]`` are the s to which cell k may be prolonged (below 0, above 1) where it ends without need.
+    ``reach[k]`` are the s to which cell k may be prolonged (below 0, above 1) where it ends without need. Blocks of
+    cells (middle, room, lowest) that can do no better than cell `near` are not looked into.
     """
     m, n = a.shape
-    d, step, shifted, trial = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    best, at = np.inf, -1
-    end = 0
-    for k in range(m):
-        for side in range(2):
-            if side == 1 and k + 1 < m and joined[k + 1]:
-                continue
-            for i in range(n):
-                x = a[k, i] if side == 0 else b[k, i]
-                d[i] = y[i] - x
-                if wraps[i]:
-                    d[i] -= TAU * np.rint(d[i] / TAU)
-            value = v[k, side] + cost(kind, d, h, w)
+    d, step, shifted, trial, bend, none = work[0], work[1], work[2], work[3], work[4], work[5]
+    for i in range(n):
+        none[i] = 0.0
+    still = 0.0
+    for i in range(n):
+        still += w[i] * h
+    best, at, end = at_node(kind, h, w, wraps, a[near], v[near, 0], y, d), near, 0
+    value = at_node(kind, h, w, wraps, b[near], v[near, 1], y, d)
+    if value < best:
+        best, end = value, 1
+    for block in range(len(lowest)):
+        short, square = distance(y, y, none, middle[block], room[block], wraps, w, step, shifted)
+        if is_far(kind, short, square, still, best - lowest[block]):
+            continue
+        for k in range(block * BLOCK, min(block * BLOCK + BLOCK, m)):
+            value = at_node(kind, h, w, wraps, a[k], v[k, 0], y, d)
             if value < best:
-                best, at, end = value, k, side
+                best, at, end = value, k, 0
+            if k + 1 == m or not joined[k + 1]:
+                value = at_node(kind, h, w, wraps, b[k], v[k, 1], y, d)
+                if value < best:
+                    best, at, end = value, k, 1
+    if end == 1 and at + 1 < m and joined[at + 1]:
+        at, end = at + 1, 0
     result, cell, place = np.inf, at, 0.0
     for other in range(2):
         k = at
@@ -173,12 +179,15 @@ def propose(
                 break
         for i in range(n):
             step[i] = b[k, i] - a[k, i]
-            d[i] = y[i] - 0.5 * (a[k, i] + b[k, i])
-            shifted[i] = y[i] - (TAU * np.rint(d[i] / TAU) if wraps[i] else 0.0)
-        value, s = best_along(kind, h, w, shifted, a[k], step, v[k, 0], v[k, 1], reach[k, 0], reach[k, 1], trial)
+            x = y[i] - 0.5 * (a[k, i] + b[k, i])
+            shifted[i] = y[i] - (TAU * np.rint(x / TAU) if wraps[i] else 0.0)
+        value, s = best_along(
+            kind, h, w, shifted, a[k], step, v[k, 0], v[k, 1], reach[k, 0], reach[k, 1], d, trial, bend
+        )
         if value < result:
             result, cell, place = value, k, s
-            g[:] = trial
+            for i in range(n):
+                g[i] = trial[i]
     return result, cell, place
 
 
@@ -192,7 +201,7 @@ def plane_least(value: float, by_s: float, by_t: float, s: float, t: float) -> f
 def shortfall(
     kind: int, h: float, w: FloatArray, d0: FloatArray, stepa: FloatArray, stepb: FloatArray,
     va: float, vb: float, wa: float, wb: float, ga: FloatArray, gb: FloatArray, deva: FloatArray, devb: FloatArray,
-    enough: float,
+    enough: float, d: FloatArray, g: FloatArray, bend: FloatArray,
 ) -> float:  # fmt: skip
     """Return a lower bound of the residual of a pair of cells,
 
@@ -202,7 +211,6 @@ def shortfall(
     Newton's method only looks for a good one. The search ends where the bound is above `enough`.
     """
     n = len(d0)
-    d, g = np.empty(n), np.empty(n)
     if kind == L1:
         return shortfall_l1(w, d0, stepa, stepb, va, vb, wa, wb, ga, gb, deva, devb)
     s, t, best, before, trials = 0.5, 0.5, -np.inf, np.inf, 0
@@ -210,29 +218,31 @@ def shortfall(
     for _ in range(30):
         for i in range(n):
             d[i] = d0[i] + t * stepb[i] - s * stepa[i]
-        length = chord(kind, d, h, w, g)
+        length, factor = chord(kind, d, h, w, g, bend)
         value = va + s * (vb - va) - wa - t * (wb - wa) + length
-        by_s, by_t, lost = vb - va, wa - wb, 0.0
+        along_a, along_b, lost = 0.0, 0.0, 0.0
         size = abs(va) + abs(vb) + abs(wa) + abs(wb) + length
         for i in range(n):
-            by_s -= g[i] * stepa[i]
-            by_t += g[i] * stepb[i]
+            along_a += g[i] * stepa[i]
+            along_b += g[i] * stepb[i]
             lost += abs(g[i] - ga[i]) * deva[i] + abs(g[i] - gb[i]) * devb[i]
             size += abs(g[i]) * (abs(d0[i]) + abs(stepa[i]) + abs(stepb[i]))
+        by_s, by_t = vb - va - along_a, wa - wb + along_b
         bound = plane_least(value, by_s, by_t, s, t) - lost - ROUNDING * size
-        if bound > best:
-            best = bound
+        best = max(best, bound)
         if best >= enough:
             return best
         if value > before + ROUNDING * size and trials < 8:  # too far: half the step
             ds, dt, trials = 0.5 * ds, 0.5 * dt, trials + 1
         else:
             s0, t0, before, trials = s, t, value, 0
-            ds, dt = square_step(
-                by_s, by_t, curvature(kind, d, h, w, g, stepa, stepa), -curvature(kind, d, h, w, g, stepa, stepb),
-                curvature(kind, d, h, w, g, stepb, stepb), s, t,
-            )  # fmt: skip
-        if abs(ds) + abs(dt) < 1e-9:
+            hss, hst, htt = -factor * along_a * along_a, factor * along_a * along_b, -factor * along_b * along_b
+            for i in range(n):
+                hss += bend[i] * stepa[i] * stepa[i]
+                hst -= bend[i] * stepa[i] * stepb[i]
+                htt += bend[i] * stepb[i] * stepb[i]
+            ds, dt = square_step(by_s, by_t, hss, hst, htt, s, t)
+        if abs(ds) + abs(dt) < _CLOSER:
             break
         s, t = min(max(s0 + ds, 0.0), 1.0), min(max(t0 + dt, 0.0), 1.0)
     return best
@@ -312,6 +322,107 @@ def line(k: int, n: int, d0: FloatArray, stepa: FloatArray, stepb: FloatArray) -
 
 
 @kernel
+def distance(
+    ya: FloatArray, yb: FloatArray, ydev: FloatArray, middle: FloatArray, room: FloatArray, wraps: BoolArray,
+    w: FloatArray, center: FloatArray, spread: FloatArray,
+) -> tuple[float, float]:  # fmt: skip
+    """Return the least weighted l1 distance of a cell and a box, and the least squared l2 distance.
+
+    Fills in how the middles differ, free joints by half a turn at most, and by how much postures may differ from that.
+    """
+    short, square = 0.0, 0.0
+    for i in range(len(w)):
+        x = 0.5 * (ya[i] + yb[i]) - middle[i]
+        if wraps[i]:
+            x -= TAU * np.rint(x / TAU)
+        center[i] = x
+        spread[i] = 0.5 * abs(yb[i] - ya[i]) + ydev[i] + room[i]
+        x = max(abs(x) - spread[i], 0.0) * w[i]
+        short += x
+        square += x * x
+    return short, square
+
+
+@kernel
+def is_far(kind: int, short: float, square: float, still: float, need: float) -> bool:
+    """Return whether a chord of at least these lengths costs more than `need`; `still` is what it costs not to move."""
+    if kind == L1:
+        return short > need
+    return need <= 0.0 or (square if kind == L2 else short * short + still * still) > need * need
+
+
+@kernel
+def blocks_of(
+    wraps: BoolArray, a: FloatArray, b: FloatArray, dev: FloatArray, v: FloatArray, g: FloatArray, lost: FloatArray,
+    middle: FloatArray, room: FloatArray, lowest: FloatArray, gain: FloatArray,
+) -> None:  # fmt: skip
+    """Box every BLOCK cells: middle ± room (blocks, n), their lowest value, and the most by which one could undercut."""
+    m, n = a.shape
+    for block in range(len(gain)):
+        first, last = block * BLOCK, min(block * BLOCK + BLOCK, m)
+        gain[block], lowest[block] = -np.inf, np.inf
+        for i in range(n):
+            middle[block, i], room[block, i] = 0.5 * (a[first, i] + b[first, i]), 0.0
+        for k in range(first, last):
+            loose = 0.0
+            for i in range(n):
+                x = 0.5 * (a[k, i] + b[k, i]) - middle[block, i]
+                if wraps[i]:
+                    x -= TAU * np.rint(x / TAU)
+                room[block, i] = max(room[block, i], abs(x) + 0.5 * abs(b[k, i] - a[k, i]) + dev[k, i])
+                loose += abs(g[k, i]) * dev[k, i]
+            least = min(v[k, 0], v[k, 1])
+            lowest[block] = min(lowest[block], least)
+            value = lost[k] + loose - least
+            gain[block] = max(gain[block], value + ROUNDING * (abs(least) + abs(lost[k]) + loose))
+        for i in range(n):
+            room[block, i] *= 1.0 + ROUNDING
+
+
+@kernel
+def pair(
+    kind: int, h: float, w: FloatArray, wraps: BoolArray,
+    a: FloatArray, b: FloatArray, dev: FloatArray, va: float, vb: float, g: FloatArray, lost: float,
+    ya: FloatArray, yb: FloatArray, ydev: FloatArray, wa: float, wb: float, slopes: FloatArray,
+    worst: float, still: float, most: float, work: FloatArray,
+) -> float:  # fmt: skip
+    """Return the larger of `worst` and what the new cell must lose for the sake of an old one."""
+    n = len(w)
+    center, spread, halfway, around, d0, stepa, stepb = work[0], work[1], work[2], work[3], work[4], work[5], work[6]
+    loose = 0.0
+    for i in range(n):
+        halfway[i] = 0.5 * (a[i] + b[i])
+        around[i] = 0.5 * abs(b[i] - a[i]) + dev[i]
+        loose += abs(g[i]) * dev[i]
+    short, square = distance(ya, yb, ydev, halfway, around, wraps, w, center, spread)
+    least = min(va, vb)
+    need = most - least + loose + lost - worst
+    need += ROUNDING * (abs(most) + abs(least) + loose + abs(lost) + abs(worst))
+    if is_far(kind, short, square, still, need):
+        return worst
+    # A free joint near half a turn may go either way round.
+    ways = 1
+    for i in range(n):
+        if wraps[i] and abs(center[i]) + spread[i] >= np.pi:
+            ways *= 2
+    for way in range(ways):
+        left = way
+        for i in range(n):
+            stepa[i], stepb[i] = b[i] - a[i], yb[i] - ya[i]
+            x = center[i]
+            if wraps[i] and abs(x) + spread[i] >= np.pi:
+                x -= TAU * np.sign(x) * (left % 2)
+                left //= 2
+            d0[i] = x + 0.5 * (stepa[i] - stepb[i])
+        found = shortfall(
+            kind, h, w, d0, stepa, stepb, va, vb, wa, wb, g, slopes, dev, ydev, lost - worst,
+            work[7], work[8], work[9],
+        )  # fmt: skip
+        worst = max(worst, lost - found)
+    return worst
+
+
+@kernel
 def step_values(
     kind: int, h: float, w: FloatArray, wraps: BoolArray,
     a: FloatArray, b: FloatArray, dev: FloatArray, v: FloatArray, g: FloatArray, lost: FloatArray,
@@ -319,86 +430,75 @@ def step_values(
     ya: FloatArray, yb: FloatArray, ydev: FloatArray, yjoined: BoolArray,
     out: FloatArray, slopes: FloatArray, out_lost: FloatArray,
 ) -> None:  # fmt: skip
-    """Carry a value function from the cells of one slice (a, b, dev, with v, g) to those of the next (ya, yb, ydev).
+    """Carry a value function from the cells of one slice (a, b, dev, with v, g, lost) to those of the next (ya, yb, ydev).
 
     Proposes values `out` (m, 2) at the ends of the new cells, with `slopes` (m, n), and finds how much each cell must
     lose, `out_lost` (m,), so that no pair falls short: the proved value is the proposed one less what is lost.
     """
     m, n = a.shape
     count = len(ya)
+    work = np.empty((_ROWS, n))
+    blocks = (m + BLOCK - 1) // BLOCK
+    middle, room, lowest, gain = np.empty((blocks, n)), np.empty((blocks, n)), np.empty(blocks), np.empty(blocks)
+    blocks_of(wraps, a, b, dev, v, g, lost, middle, room, lowest, gain)
     one, two = np.empty(n), np.empty(n)
     near = np.zeros(count, np.int64)
+    still = w.sum() * h
     for k in range(count):
+        near[k] = near[k - 1] if k > 0 else 0
         if k > 0 and yjoined[k]:
             out[k, 0] = out[k - 1, 1]
             one[:] = two
         else:
-            out[k, 0], near[k], _ = propose(kind, h, w, wraps, a, b, v, joined, reach, ya[k], one)
-        out[k, 1], near[k], _ = propose(kind, h, w, wraps, a, b, v, joined, reach, yb[k], two)
+            out[k, 0], near[k], _ = propose(
+                kind, h, w, wraps, a, b, v, joined, reach, middle, room, lowest, ya[k], near[k], one, work
+            )
+        out[k, 1], near[k], _ = propose(
+            kind, h, w, wraps, a, b, v, joined, reach, middle, room, lowest, yb[k], near[k], two, work
+        )
         for i in range(n):
             slopes[k, i] = 0.5 * (one[i] + two[i])
-    total = 0.0
-    for i in range(n):
-        total += w[i]
-    d0, stepa, stepb, center = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    other = np.zeros(n, np.int64)
+    still *= 1.0 - ROUNDING
     for k in range(count):
-        worst = -np.inf
         most = max(out[k, 0], out[k, 1])
-        given = 0.0
         for i in range(n):
-            given += abs(slopes[k, i]) * ydev[k, i]
-        for turn in range(m):
-            # The pair that is likely to lose most comes first.
-            j = turn if turn > 0 else near[k]
-            if turn > 0 and j == near[k]:
-                j = 0
-            # Whatever s, t, e and f are, the chord is at least this long.
-            short = 0.0
-            square = 0.0
-            room = given
-            for i in range(n):
-                x = 0.5 * (ya[k, i] + yb[k, i] - a[j, i] - b[j, i])
-                if wraps[i]:
-                    x -= TAU * np.rint(x / TAU)
-                center[i] = x
-                spread = 0.5 * (abs(yb[k, i] - ya[k, i]) + abs(b[j, i] - a[j, i])) + ydev[k, i] + dev[j, i]
-                x = max(abs(x) - spread, 0.0) * w[i]
-                short += x
-                square += x * x
-                room += abs(g[j, i]) * dev[j, i]
-            least = min(v[j, 0], v[j, 1])
-            need = most - least + room + lost[j] - worst
-            need += ROUNDING * (abs(most) + abs(least) + room + abs(lost[j]) + abs(worst))
-            if kind == TRAVEL:
-                if need <= 0.0 or short * short + (total * h) ** 2 > need * need:
-                    continue
-            elif kind == L1:
-                if short > need:
-                    continue
-            elif need <= 0.0 or square > need * need:
+            most += abs(slopes[k, i]) * ydev[k, i]
+        most += ROUNDING * abs(most)
+        # The pair that is likely to lose most comes first.
+        j = near[k]
+        worst = pair(
+            kind, h, w, wraps, a[j], b[j], dev[j], v[j, 0], v[j, 1], g[j], lost[j],
+            ya[k], yb[k], ydev[k], out[k, 0], out[k, 1], slopes[k], -np.inf, still, most, work,
+        )  # fmt: skip
+        for block in range(blocks):
+            need = (most + gain[block] - worst) + ROUNDING * (abs(gain[block]) + abs(worst))
+            short, square = distance(ya[k], yb[k], ydev[k], middle[block], room[block], wraps, w, work[0], work[1])
+            if is_far(kind, short, square, still, need):
                 continue
-            # A free joint near half a turn may go either way round.
-            ways = 1
-            for i in range(n):
-                other[i] = 0
-                spread = 0.5 * (abs(yb[k, i] - ya[k, i]) + abs(b[j, i] - a[j, i])) + ydev[k, i] + dev[j, i]
-                if wraps[i] and abs(center[i]) + spread >= np.pi:
-                    other[i] = ways
-                    ways *= 2
-            for way in range(ways):
-                for i in range(n):
-                    stepa[i], stepb[i] = b[j, i] - a[j, i], yb[k, i] - ya[k, i]
-                    x = center[i]
-                    if other[i] > 0 and (way // other[i]) % 2 == 1:
-                        x -= TAU * np.sign(x)
-                    d0[i] = x + 0.5 * (stepa[i] - stepb[i])
-                found = shortfall(
-                    kind, h, w, d0, stepa, stepb, v[j, 0], v[j, 1], out[k, 0], out[k, 1],
-                    g[j], slopes[k], dev[j], ydev[k], lost[j] - worst,
+            for j in range(block * BLOCK, min(block * BLOCK + BLOCK, m)):
+                worst = pair(
+                    kind, h, w, wraps, a[j], b[j], dev[j], v[j, 0], v[j, 1], g[j], lost[j],
+                    ya[k], yb[k], ydev[k], out[k, 0], out[k, 1], slopes[k], worst, still, most, work,
                 )  # fmt: skip
-                worst = max(worst, lost[j] - found)
         out_lost[k] = worst
+
+
+@kernel
+def source_of(
+    kind: int, h: float, w: FloatArray, wraps: BoolArray, a: FloatArray, b: FloatArray, v: FloatArray,
+    joined: BoolArray, y: FloatArray,
+) -> tuple[int, float]:  # fmt: skip
+    """Return the cell, and s in it, from which posture y is reached most cheaply."""
+    m, n = a.shape
+    blocks, zero = (m + BLOCK - 1) // BLOCK, np.zeros(m)
+    middle, room, lowest, gain = np.empty((blocks, n)), np.empty((blocks, n)), np.empty(blocks), np.empty(blocks)
+    blocks_of(wraps, a, b, np.zeros((m, n)), v, np.zeros((m, n)), zero, middle, room, lowest, gain)
+    reach = np.zeros((m, 2))
+    reach[:, 1] = 1.0
+    _, cell, s = propose(
+        kind, h, w, wraps, a, b, v, joined, reach, middle, room, lowest, y, 0, np.empty(n), np.empty((_ROWS, n))
+    )
+    return cell, s
 
 
 @kernel
@@ -415,25 +515,3 @@ def least_through(
             size += (abs(slopes[k, i]) + abs(back_slopes[k, i])) * dev[k, i]
         at_a, at_b = forward[k, 0] + backward[k, 0], forward[k, 1] + backward[k, 1]
         out[k] = min(at_a, at_b) - less - ROUNDING * (abs(at_a) + abs(at_b) + size)
-
-
-@kernel
-def trace_back(
-    kind: int, r: FloatArray, w: FloatArray, wraps: BoolArray, offsets: IntArray, a: FloatArray, b: FloatArray,
-    joined: BoolArray, v: FloatArray, last: FloatArray, cells: IntArray, places: FloatArray, q: FloatArray,
-) -> None:  # fmt: skip
-    """Follow the cheapest chords back from posture `last` on the last slice; fill in cells, places s and postures."""
-    slices, n = len(r), a.shape[1]
-    g = np.empty(n)
-    q[slices - 1] = last
-    for k in range(slices - 2, -1, -1):
-        f, l = offsets[k], offsets[k + 1]
-        reach = np.zeros((l - f, 2))
-        reach[:, 1] = 1.0
-        _, cell, s = propose(
-            kind, r[k + 1] - r[k], w, wraps, a[f:l], b[f:l], v[f:l], joined[f:l], reach, q[k + 1], g
-        )
-        cells[k], places[k] = f + cell, s
-        for i in range(n):
-            x = a[f + cell, i] + s * (b[f + cell, i] - a[f + cell, i])
-            q[k, i] = x + (TAU * np.rint((q[k + 1, i] - x) / TAU) if wraps[i] else 0.0)

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.angles import TAU
 from selfmotion.certificate import _kernels
-from selfmotion.certificate.cells import Cells, Cover
+from selfmotion.arms.cells import Cells, Cover
 
 _KINDS = {"joint_travel": _kernels.TRAVEL, "l1": _kernels.L1, "l2": _kernels.L2}
 _STRETCH = 4.0  # slab widths [rad] by which a tube's artificial ends are prolonged in proposals
 _COARSE = 0.3  # spacing at which a new slice is looked at first [rad]
+_THREADS = 2
 _FINER = 4.0  # what one look divides the spacing by
 
 
@@ -66,6 +71,15 @@ class Slice:
         )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class Chain:
+    """The cheapest chords through a tube: postures q (slices, n), and what of the value there is not proved (slices,)."""
+
+    r: FloatArray
+    q: FloatArray
+    lost: FloatArray
+
+
 class Tube:
     """Slices of the angle domain in cells, and the values that are proved on them."""
 
@@ -92,10 +106,16 @@ class Tube:
         """Prove values from both ends; return the bound on every motion through the tube."""
         first, last = self.slices[0], self.slices[-1]
         first.forward, last.backward = self._zero(first), self._zero(last)
-        for one, two in zip(self.slices[:-1], self.slices[1:], strict=True):
-            two.forward = self._carried(one, one.forward, two, deadline)
-        for one, two in zip(self.slices[::-1][:-1], self.slices[::-1][1:], strict=True):
-            two.backward = self._carried(one, one.backward, two, deadline)
+
+        def forward() -> None:
+            for one, two in pairwise(self.slices):
+                two.forward = self._carried(one, one.forward, two, deadline)
+
+        def backward() -> None:
+            for one, two in pairwise(self.slices[::-1]):
+                two.backward = self._carried(one, one.backward, two, deadline)
+
+        _together([forward, backward])
         bound = 0.0
         for part in self.slices:
             part.least = self._least(part)
@@ -108,31 +128,55 @@ class Tube:
             assert part.least is not None
             self.slices[k] = part.kept(part.least <= threshold)
 
-    def refined(self, spacing: float, threshold: float, deadline: float = np.inf) -> Tube:
-        """Return the tube on twice as many slices, its cells no longer than `spacing`."""
-        slices: list[Slice] = []
-        for k, part in enumerate(self.slices):
-            if k > 0:
-                slices.append(self._between(self.slices[k - 1], part, spacing, threshold, deadline))
-            slices.append(part if part.fixed else self._split(part, spacing))
-        return Tube(self.cover, self.objective, self.weights, slices)
+    def refined(self, slabs: BoolArray, spacing: FloatArray, threshold: float, deadline: float = np.inf) -> Tube:
+        """Return the tube with a new slice in the middle of each chosen slab.
 
-    def cheapest(self) -> FloatArray:
-        """Return postures (slices, n) along the cheapest chords."""
+        Parameters
+        ----------
+        slabs : array of bool, shape (slices − 1,)
+        spacing : array, shape (slices,)
+            Cells of a slice are no longer; a new slice has the mean of its neighbours' [rad].
+        threshold : float
+            Cost of motions that need not stay in the tube.
+        deadline : float
+        """
+        def finer(k: int) -> list[Slice]:
+            part = self.slices[k]
+            mine = part if part.fixed else self._split(part, float(spacing[k]))
+            if k == 0 or not slabs[k - 1]:
+                return [mine]
+            return [self._between(self.slices[k - 1], part, 0.5 * float(spacing[k - 1] + spacing[k]), threshold, deadline), mine]
+
+        found: list[list[Slice]] = [[] for _ in self.slices]
+
+        def every(first: int) -> None:
+            for k in range(first, len(found), _THREADS):
+                found[k] = finer(k)
+
+        _together([partial(every, first) for first in range(_THREADS)])
+        return Tube(self.cover, self.objective, self.weights, [part for parts in found for part in parts])
+
+    def cheapest(self) -> Chain:
+        """Return the cheapest chords from the first slice to the last."""
         part = self.slices[-1]
-        v = part.forward.v + part.backward.v
-        cell, end = np.unravel_index(int(np.argmin(v)), v.shape)
-        q = [(part.cells.a if end == 0 else part.cells.b)[cell]]
-        slope = np.empty(self.cover.n)
+        assert part.forward is not None
+        assert part.least is not None
+        v = part.forward.v - part.forward.lost[:, None]
+        if part.backward is not None:
+            v = v + part.backward.v
+        cell, end = (int(k) for k in np.unravel_index(int(np.argmin(v)), v.shape))
+        q, lost = [(part.cells.a if end == 0 else part.cells.b)[cell]], [part.forward.lost[cell]]
         for one, two in zip(self.slices[-2::-1], self.slices[:0:-1], strict=True):
-            cells, reach = one.cells, np.tile([0.0, 1.0], (len(one.cells), 1))
-            _, cell, s = _kernels.propose(
+            cells, values = one.cells, one.forward
+            assert values is not None
+            cell, s = _kernels.source_of(
                 _KINDS[self.objective], two.r - one.r, self.weights, self.cover.wraps, cells.a, cells.b,
-                one.forward.v, one.joined, reach, q[-1], slope,
+                values.v, one.joined, q[-1],
             )  # fmt: skip
             x = cells.a[cell] + s * (cells.b[cell] - cells.a[cell])
             q.append(x + np.where(self.cover.wraps, TAU * np.rint((q[-1] - x) / TAU), 0.0))
-        return np.array(q[::-1])
+            lost.append(values.lost[cell])
+        return Chain(self.r, np.array(q[::-1]), np.array(lost[::-1]))
 
     def _between(self, one: Slice, two: Slice, spacing: float, threshold: float, deadline: float) -> Slice:
         """Return the slice half-way between two, with the cells that a motion cheaper than `threshold` may pass."""
@@ -196,12 +240,21 @@ class Tube:
 
 def first_tube(
     cover: Cover, objective: str, weights: FloatArray, r: FloatArray, spacing: float,
-    start: FloatArray | None = None, end: FloatArray | None = None,
+    start: FloatArray | None = None, end: FloatArray | None = None, deadline: float = np.inf,
 ) -> Tube:  # fmt: skip
     """Return the whole angle domain on slices r; `start` and `end` are postures (m, n) that alone may be there."""
     tube = Tube(cover, objective, weights, [])
     for k, at in enumerate(r):
+        if time.perf_counter() > deadline:
+            raise OutOfTimeError
         given = start if k == 0 else end if k == len(r) - 1 else None
         cells = cover.cells(at, spacing) if given is None else cover.points(given)
         tube.slices.append(tube._slice(float(at), cells, given is not None))
     return tube
+
+
+def _together(tasks: list[Callable[[], None]]) -> None:
+    """Run tasks at the same time; kernels let go of the interpreter."""
+    with ThreadPoolExecutor(len(tasks)) as pool:
+        for done in [pool.submit(task) for task in tasks]:
+            done.result()

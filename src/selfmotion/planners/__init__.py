@@ -9,6 +9,7 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
 from selfmotion.planners.chain import module_problems
+from selfmotion.planners.globally_optimal import Global
 from selfmotion.planners.modules import Modules
 from selfmotion.planners.moving_base import MovingBase
 from selfmotion.planners.parametric import Candidates, Parametric, Sinusoid
@@ -18,7 +19,7 @@ from selfmotion.plans import Plan
 from selfmotion.problem import Problem
 
 PLANNERS: dict[str, type[Planner]] = {
-    planner.kind: planner for planner in (Sinusoid, Harmonics, BSpline, Modules, MovingBase, Refine)
+    planner.kind: planner for planner in (Sinusoid, Harmonics, BSpline, Modules, MovingBase, Refine, Global)
 }
 """Every planner by the ``kind`` of a problem file."""
 
@@ -57,6 +58,7 @@ __all__ = [
     "PLANNERS",
     "BSpline",
     "Candidates",
+    "Global",
     "Harmonics",
     "Modules",
     "MovingBase",

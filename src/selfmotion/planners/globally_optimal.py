@@ -1,29 +1,60 @@
-"""The globally shortest motion of an arm with one redundant degree, with a proof of how far it is from the best."""
+"""The globally shortest motion of an arm with one redundant degree, and the proof of how far it is from the best."""
 
 from __future__ import annotations
 
 import time
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from selfmotion._checks import number, positive
-from selfmotion._types import FloatArray
+from selfmotion._types import BoolArray, FloatArray
 from selfmotion.domain import blocked_stretches
-from selfmotion.errors import InfeasibleError, NothingFeasibleError
+from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
 from selfmotion.plans import Plan
 from selfmotion.problem import Posture, Problem
-from selfmotion.refinement import Optima, Optimum, random_starts, start_from
+from selfmotion.refinement import Optima, Optimum, Start, random_starts, start_from
+from selfmotion.verification import Failure
 
-_SLICES = 24
-_DENSITY = 2.5
-_FALLBACK = 8
+if TYPE_CHECKING:
+    from selfmotion.certificate.result import Certificate, Level
+    from selfmotion.certificate.tube import Chain, Tube
+
+_SLICES = 24  # slabs to begin with
+_DENSITY = 4.0  # cells to begin with are this times h^1.5 long, slabs being h wide [rad]
+_STARTS = 8  # random starts for a motion where the cheapest chords lead to none
+_LEFT = 0.1  # part of what chords lose that may be in slabs that are not halved
+_WIDEST = 1 / 60  # slabs that are halved in any case
+_SHARE, _LOSS = 5.0, 0.5  # square of the spacing, and loss of the proof, per slab, as parts of what its chord may lose
+_WANTED = 0.3  # part of the gap asked for that chords need not lose less than
+_NARROWER = 0.1  # what spacing is multiplied by at least, from one round to the next
+_MARGIN = 1e-12  # relative
 
 
 class Global(Planner):
-    """Minimises over all continuous motions and proves a lower bound."""
+    """Finds the shortest of all continuous motions and proves a lower bound on every other.
+
+    Parameters
+    ----------
+    gap : float
+        Relative distance (cost − lower bound)/cost at which to stop.
+    time_limit : float
+        Seconds after which the best motion and the best bound so far are the answer.
+
+    Raises
+    ------
+    InvalidInputError
+        If a number is out of range.
+
+    Notes
+    -----
+    For arms with one redundant degree of freedom. All elbows, all components of the angle domain, folds, self-motion at
+    a frozen r and all turns of limited joints are covered by the bound; joints with a limit on one side only count as
+    free in it. Method and proof: docs/mathematics. The plan's ``lower_bound``, ``gap`` and ``certificate`` hold what was
+    proved.
+    """
 
     kind = "global"
 
@@ -36,92 +67,167 @@ class Global(Planner):
         import scipy.linalg  # noqa: F401 (its BLAS must be loaded to be limited)
         from threadpoolctl import threadpool_limits
 
+        if problem.arm.n_u != 1:
+            raise InvalidInputError(
+                "planner",
+                f"global needs an arm with one redundant degree of freedom, and this one has {problem.arm.n_u}",
+                "use planner refine, or keep the direction of the last link",
+            )
         with threadpool_limits(1, "blas"):
             return _Search(self, problem, progress).plan()
 
 
 class _Search:
+    """One run of the planner."""
+
     def __init__(self, planner: Global, problem: Problem, progress: Progress | None) -> None:
         self.planner, self.problem, self.progress = planner, problem, progress
         self.began = time.perf_counter()
         self.deadline = self.began + planner.time_limit
         self.optima = Optima(problem, min(1e-6, 0.01 * planner.gap), self.deadline)
         self.best: Optimum | None = None
-        self.threshold = np.inf
+        self.threshold = np.inf  # motions that cost more need not be in the tube
         self.bound = 0.0
-        self.log: list[dict[str, Any]] = []
+        self.tube: Tube | None = None
+        self.levels: list[Level] = []
 
     def plan(self) -> Plan:
-        from selfmotion.arms.planar_cover import PlanarCover
-        from selfmotion.certificate.tube import OutOfTimeError, first_tube
-
         problem = self.problem
         blocked = blocked_stretches(problem.arm, problem.path, problem.samples, problem.elbow_branches)
         if blocked:
             raise InfeasibleError(blocked)
-        cover = PlanarCover(problem.arm, problem.path, problem.elbow)
-        h = 1.0 / _SLICES
-        stopped = "time"
-        try:
-            tube = first_tube(
-                cover, problem.objective.kind, problem.weights, problem.path.grid(_SLICES), _DENSITY * h**1.5,
-                self._given(problem.start, 0.0), self._given(problem.end, 1.0),
-            )  # fmt: skip
-            while True:
-                if tube.is_empty:
-                    self.bound = max(self.bound, self.threshold)
-                    stopped = "empty"
-                    break
-                self.bound = max(self.bound, min(tube.evaluate(self.deadline), self.threshold))
-                self._improve(tube)
-                size = tube.size
-                tube.prune(self.threshold)
-                self.log.append({"slices": len(tube.slices), "cells": size, "left": tube.size, "bound": self.bound,
-                                 "threshold": self.threshold, "t": time.perf_counter() - self.began})
-                if self._gap() <= self.planner.gap or time.perf_counter() > self.deadline:
-                    stopped = "gap"
-                    break
-                if tube.is_empty:
-                    continue
-                h *= 0.5
-                tube = tube.refined(_DENSITY * h**1.5, self.threshold, self.deadline)
-        except OutOfTimeError:
-            pass
+        argument = self._prove()
         best, failure = self.optima.best()
         if best is None:
-            if np.isinf(self.bound):
-                raise InfeasibleError([])
-            raise NothingFeasibleError(f"no motion: {failure}", "", 0, 1.0)
+            self._give_up(argument, failure)
         seconds = time.perf_counter() - self.began
-        plan = Plan(problem, best.motion, self.planner.kind, {"log": self.log, "stopped": stopped}, self.optima.iterations, seconds)
-        plan.lower_bound = self.bound
-        plan.gap = (plan.cost + plan.cost_error - self.bound) / plan.cost
+        settings = {name: getattr(self.planner, name) for name in ("gap", "time_limit")}
+        certificate = self._certificate(argument)
+        parameters = {"settings": settings, **certificate.summary()}
+        plan = Plan(problem, best.motion, self.planner.kind, parameters, self.optima.iterations, seconds)
+        plan.certify(certificate)
         return plan
 
+    def _prove(self) -> str:
+        """Refine the tube until the gap is small enough; return what proved the bound, or why it is not better."""
+        from selfmotion.arms.planar_cover import PlanarCover
+        from selfmotion.certificate.result import Level
+        from selfmotion.certificate.tube import OutOfTimeError, first_tube
+
+        problem = self.problem
+        cover = PlanarCover(problem.arm, problem.path, problem.elbow)
+        spacing = np.full(_SLICES + 1, _DENSITY / _SLICES**1.5)
+        try:
+            tube = first_tube(
+                cover, problem.objective.kind, problem.weights, _slices(problem.path.breaks), float(spacing[0]),
+                self._given(problem.start, 0.0), self._given(problem.end, 1.0), self.deadline,
+            )  # fmt: skip
+            while not tube.is_empty:
+                self.bound = max(self.bound, min(tube.evaluate(self.deadline), self.threshold))
+                chain, cells = tube.cheapest(), tube.size
+                self._improve(chain)
+                tube.prune(self.threshold)
+                self.tube = tube
+                seconds = time.perf_counter() - self.began
+                self.levels.append(Level(len(tube.slices), cells, self.bound, self.threshold, seconds))
+                if self.progress is not None:
+                    self.progress(len(self.levels), 0, self.threshold)
+                if self._gap <= self.planner.gap:
+                    return "values on cells of the self-motion, pair by pair, to the gap asked for"
+                if not tube.is_empty:
+                    slabs, spacing = self._finer(chain, spacing)
+                    tube = tube.refined(slabs, spacing, self.threshold, self.deadline)
+                    spacing = _with_new(spacing, slabs)
+        except OutOfTimeError:
+            return f"values on cells of the self-motion, pair by pair, until the time limit of {self.planner.time_limit:g} s"
+        except KeyboardInterrupt:
+            return "values on cells of the self-motion, pair by pair, until it was interrupted"
+        self.bound = max(self.bound, self.threshold)
+        self.tube = tube
+        return "no motion cheaper than the best one is left in the tube"
+
+    @property
     def _gap(self) -> float:
         return (self.threshold - self.bound) / self.threshold if np.isfinite(self.threshold) else np.inf
 
-    def _improve(self, tube: Any) -> None:
-        q = self.problem.arm.limits.continuous(tube.cheapest())
-        self._add(start_from(self.problem, q, tube.r))
-        if self.best is None:
-            for k, start in enumerate(random_starts(self.problem, np.random.default_rng(0), 8)):
-                if k >= _FALLBACK:
-                    break
-                self._add(start)
+    def _certificate(self, argument: str) -> Certificate:
+        from selfmotion.certificate.result import Certificate, TubeSlice
 
-    def _add(self, start: Any) -> None:
-        optimum = self.optima.add(start)
+        slices = [] if self.tube is None else self.tube.slices
+        tube = tuple(TubeSlice(part.r, part.cells.a, part.cells.b) for part in slices)
+        return Certificate(self.bound, argument, tuple(self.levels), tube)
+
+    def _finer(self, chain: Chain, spacing: FloatArray) -> tuple[BoolArray, FloatArray]:
+        """Return which slabs to halve, and the spacing of cells on each slice.
+
+        Slabs in which the best motion is longest beyond its chord are halved. Cells are so short that they lose a part
+        of what chords will lose then: about the square of their length per slab, more where limits are ridden.
+        """
+        r, h = chain.r, np.diff(chain.r)
+        if self.best is None:
+            return np.ones(len(h), bool), 0.35 * spacing
+        motion, objective, weights = self.best.motion, self.problem.objective, self.problem.weights
+        q, at_middle = motion(r), motion(0.5 * (r[1:] + r[:-1]))
+        halves = [objective.chord(half, 0.5 * h, weights) for half in (at_middle - q[:-1], q[1:] - at_middle)]
+        excess = np.maximum(halves[0] + halves[1] - objective.chord(np.diff(q, axis=0), h, weights), 0.0)
+        order = np.argsort(excess)
+        slabs = np.ones(len(h), bool)
+        slabs[order[np.cumsum(excess[order]) <= _LEFT * excess.sum()]] = False
+        slabs |= h > _WIDEST
+        expected = max(excess[~slabs].sum() + 0.25 * excess[slabs].sum(), _WANTED * self.planner.gap * self.threshold)
+        allowed = expected / (len(h) + slabs.sum())
+        lost = np.maximum(np.diff(chain.lost), 1e-300)
+        measured = np.sqrt(_LOSS * allowed / np.maximum(np.append(lost, 0.0), np.append(0.0, lost)))
+        return slabs, np.minimum(np.sqrt(_SHARE * allowed), spacing * np.clip(measured, _NARROWER, 1.0))
+
+    def _improve(self, chain: Chain) -> None:
+        """Look for a better motion near the cheapest chords, and anywhere as long as none is known."""
+        start = self.problem.start
+        q = self.problem.arm.limits.lift(chain.q[None].copy(), None if start is None else start.q).q[0]
+        self._add(start_from(self.problem, q, chain.r), near=True)
+        if self.best is None:
+            for k, other in enumerate(random_starts(self.problem, np.random.default_rng(0), _STARTS)):
+                if k == _STARTS or time.perf_counter() > self.deadline:
+                    break
+                self._add(other)
+
+    def _add(self, start: Start, near: bool = False) -> None:
+        optimum = self.optima.add(start, near)
         if optimum is None:
             return
-        cost = self.optima.cost_of(optimum.motion)
+        cost = self.optima.cost_of(optimum.motion) * (1.0 + _MARGIN)
         if cost < self.threshold:
             self.best, self.threshold = optimum, cost
 
     def _given(self, posture: Posture | None, r: float) -> FloatArray | None:
+        """Return the postures (m, n) that are meant by a given one, without their turns."""
         if posture is None:
             return None
         if posture.q is not None:
             return posture.q[None]
         solved = [self.problem.arm.solve(self.problem.path(r), posture.u, b) for b in self.problem.elbow_branches]
         return np.array([q for q, ok in solved if ok]).reshape(-1, self.problem.arm.n)
+
+    def _give_up(self, argument: str, failure: Failure | None) -> None:
+        if np.isinf(self.bound):
+            raise InfeasibleError([])
+        raise NothingFeasibleError(
+            f"no motion was found, and none was proved not to exist: {argument}"
+            + ("" if failure is None else f"; the best candidate does not hold: {failure}"),
+            "give more time", self.optima.iterations, 1.0,
+        )  # fmt: skip
+
+
+def _slices(breaks: FloatArray) -> FloatArray:
+    """Return the path parameters to begin with: even ones, moved to the path's breaks where these are near."""
+    r = np.linspace(0.0, 1.0, _SLICES + 1)
+    if len(breaks):
+        near = breaks[np.abs(breaks[None] - r[1:-1, None]).argmin(axis=1)]
+        r[1:-1] = np.where(np.abs(near - r[1:-1]) < 0.5 / _SLICES, near, r[1:-1])
+    return r
+
+
+def _with_new(spacing: FloatArray, slabs: BoolArray) -> FloatArray:
+    """Return the spacing of a tube's slices after new ones in the middle of some slabs."""
+    at = np.flatnonzero(slabs)
+    return np.insert(spacing, at + 1, 0.5 * (spacing[at] + spacing[at + 1]))

@@ -19,6 +19,7 @@ from selfmotion.refinement.starts import Start
 from selfmotion.verification import Failure, verify_motion
 
 _COARSE = 48  # spans that starts are compared on
+_NEAR = 72  # spans for a start that is near its optimum
 _MOST_SPANS = 400
 _MOST_CORNERS = 48
 _JUST_BEFORE = 1e-9  # a corner, in r
@@ -29,7 +30,7 @@ _COARSE_TOLERANCE = 1e-7  # of Newton's method on the coarse level
 _REFINED = 3  # optima that are refined to the end, at most, once one of them holds
 _CAUTION = 10.0  # times as much as refinement changed one cost it may change another
 _CAUTION_WITH_KINKS = 0.3  # what rounding off a kink changes, it changes of all costs alike
-_WARM = 1e-5  # weight of the barrier on finer levels
+_COLD, _WARM = 1e-2, 1e-5  # first weight of the barrier, far from an optimum and near it
 _MOST_FINE = 100  # iterations on a finer level
 _LEAST_WITH_KINKS = 1e-4  # tolerance that is worth its time for objectives with kinks
 # Two optima are one if their costs agree to this part and their joints to this angle [rad].
@@ -101,7 +102,7 @@ class Optima:
 
     @cached_property
     def _space(self) -> SplineSpace:
-        return SplineSpace.with_spans(_COARSE, self._corners())
+        return SplineSpace.with_spans(_COARSE, self._corners)
 
     def best(self) -> tuple[Optimum | None, Failure | None]:
         """Refine the optima that could turn out to be the best, and return the best that holds; or why one does not."""
@@ -124,6 +125,7 @@ class Optima:
         self.found.sort(key=lambda optimum: optimum.cost)
         return best, failure
 
+    @cached_property
     def _corners(self) -> FloatArray:
         """Return where the path turns sharply, so that knots are put there: the sharpest corners if there are many."""
         path, breaks = self.problem.path, self.problem.path.breaks
@@ -141,14 +143,23 @@ class Optima:
             problem.arm, problem.path, problem.objective, weights, start.box, space, start.ends, width * rate
         )
 
-    def add(self, start: Start) -> Optimum | None:
-        """Refine one start on the coarse level, file the optimum it ends in and return it, if there is one."""
-        space = self._space
+    def add(self, start: Start, near: bool = False) -> Optimum | None:
+        """Refine one start on the coarse level, file the optimum it ends in and return it, if there is one.
+
+        Parameters
+        ----------
+        start : Start
+        near : bool
+            Whether the start is thought to be near its optimum: it is then kept near, and knots are where it moves.
+        """
+        space, mu = self._space, _COLD
+        if near:
+            space, mu = SplineSpace.along(start.r, start.q, _NEAR, self._corners), _WARM
         collocation = self._collocation(start, space, _WIDTH)
         at = space.collocation
         sampled = np.stack([np.interp(at, start.r, joint) for joint in start.q.T], axis=-1)
         minimum = minimise(
-            collocation, space.interpolating(sampled), tolerance=_COARSE_TOLERANCE, deadline=self.deadline
+            collocation, space.interpolating(sampled), _COARSE_TOLERANCE, mu, deadline=self.deadline
         )
         if minimum is None:
             return None

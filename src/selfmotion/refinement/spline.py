@@ -65,9 +65,26 @@ class SplineSpace:
     @classmethod
     def with_spans(cls, spans: int, corners: FloatArray) -> SplineSpace:
         """Return the space on about `spans` equal spans, with triple knots at `corners` inside (0, 1)."""
-        plain = np.linspace(0.0, 1.0, spans + 1)[1:-1]
+        return cls._with_corners(np.linspace(0.0, 1.0, spans + 1), corners)
+
+    @classmethod
+    def along(cls, r: FloatArray, q: FloatArray, spans: int, corners: FloatArray) -> SplineSpace:
+        """Return the space on about `spans` spans that share out the path and the travel of a sampled motion q (k, n).
+
+        So a motion that moves fast somewhere has short spans there.
+        """
+        travel = np.abs(np.diff(q, axis=0)).sum(axis=1)
+        share = np.diff(r) + travel / max(travel.sum(), 1e-300)
+        so_far = np.concatenate([[0.0], np.cumsum(share)])
+        return cls._with_corners(np.interp(np.linspace(0.0, so_far[-1], spans + 1), so_far, r), corners)
+
+    @classmethod
+    def _with_corners(cls, edges: FloatArray, corners: FloatArray) -> SplineSpace:
+        """Return the space with single knots at `edges` and triple ones at corners, which their neighbours keep clear of."""
+        plain = edges[1:-1]
         if len(corners):
-            plain = plain[np.abs(plain[:, None] - corners).min(axis=1) > _CLEAR / spans]
+            width = 0.5 * (edges[2:] - edges[:-2])
+            plain = plain[np.abs(plain[:, None] - corners).min(axis=1) > _CLEAR * width]
         return cls(np.sort(np.concatenate([plain, np.repeat(corners, _DEGREE)])))
 
     @property

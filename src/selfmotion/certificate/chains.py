@@ -1,0 +1,219 @@
+"""Proofs that no continuous motion exists: boxes through which every motion would have to pass, and no chain of them.
+
+The path is cut into slabs, and all feasible postures of a slab are in boxes of joint angles. A motion inside a slab
+goes on from box to box where they overlap, since boxes are closed and cover it; where it leaves the slab it is in a box
+of either side. So every motion from one end to the other follows a chain of overlapping boxes with r never descending.
+A box on no such chain is of no use to any motion and is dropped; where none is left it is proved that there is no motion.
+
+What is looked at more closely is where chains pay least: a box with something outside the limits in it costs its radius,
+others nothing, and going on along the path costs no more than what is usual for slabs of that width. So the cheapest
+chains cross a forbidden strip where the boxes are still too large to see it, and there alone slabs are halved and boxes
+split. That is a choice of where to look, not a part of the proof.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from selfmotion._types import BoolArray, FloatArray
+from selfmotion.arms.slabs import Boxes, SlabCover
+from selfmotion.certificate._chain_kernels import cross, settle
+
+_SLABS = 16
+_SIZE = 0.3  # radius of boxes at the beginning [rad]
+_FINER = 0.5  # what a look multiplies the radius by
+_NEAR_LEAST = 0.25  # radii of a box by which the chains through it may be dearer than the cheapest to be looked at
+_CLEAR = 0.03  # boxes without anything outside the limits, this small, overlap because their postures are connected [rad]
+_FINEST = 1e-9  # narrowest slab
+_MOST_BOXES = 3_000_000
+
+
+@dataclass(frozen=True)
+class Ends:
+    """What a motion may begin or end with: any posture, or the postures `q` (m, n) within `tolerance` [rad]."""
+
+    q: FloatArray | None = None
+    tolerance: float = 0.0
+
+    def among(self, boxes: Boxes, wraps: BoolArray) -> BoolArray:
+        """Return which boxes hold one of the postures, shape (m,)."""
+        found = np.full(len(boxes), self.q is None)
+        for posture in () if self.q is None else self.q:
+            found |= boxes.contain(posture, wraps, self.tolerance)
+        return found
+
+
+@dataclass
+class Slab:
+    """Boxes that a motion may still pass while r is in [low, high], and what chains from either end pay to get there.
+
+    Attributes
+    ----------
+    low, high : float
+    boxes : Boxes
+    forward, backward : array, shape (m,)
+        Least cost of a chain from the start and from the end; infinite where there is none.
+    """
+
+    low: float
+    high: float
+    boxes: Boxes
+    forward: FloatArray = field(default_factory=lambda: np.empty(0))
+    backward: FloatArray = field(default_factory=lambda: np.empty(0))
+
+    @property
+    def radius(self) -> FloatArray:
+        """The boxes' largest radii, shape (m,) [rad]."""
+        return np.asarray(0.5 * (self.boxes.high - self.boxes.low).max(axis=1, initial=0.0))
+
+    @property
+    def toll(self) -> FloatArray:
+        """What chains pay to get from box to box: the radius of those with something that may be outside the limits."""
+        return np.where(self.boxes.clean, 0.0, self.radius)
+
+    @property
+    def through(self) -> FloatArray:
+        """Least cost of a chain from start to end through each box."""
+        return self.forward + self.backward
+
+    def kept(self) -> Slab:
+        """Return the slab with the boxes only that chains from start to end pass."""
+        rows = np.isfinite(self.forward + self.backward)
+        return Slab(self.low, self.high, self.boxes[rows], self.forward[rows], self.backward[rows])
+
+
+@dataclass(frozen=True)
+class ChainProof:
+    """What became of an attempt to prove that no motion exists.
+
+    Attributes
+    ----------
+    proved : bool
+    stopped : str
+        ``"proved"``, ``"time"``, ``"budget"``, or ``"clear"``: chains are left whose boxes are small and have nothing
+        outside the limits, so that a motion most likely exists.
+    latest, earliest : float
+        If proved: beyond `latest` the boxes that are left have no chain from the start, before `earliest` none to the end.
+    resolution : float
+        Width of the narrowest slab.
+    boxes : int
+        How many were looked at.
+    rounds : int
+        How often.
+    """
+
+    proved: bool
+    stopped: str
+    latest: float
+    earliest: float
+    resolution: float
+    boxes: int
+    rounds: int
+
+
+class Chains:
+    """The slabs between two places of the path, and the boxes that motions between them may pass.
+
+    Parameters
+    ----------
+    cover : SlabCover
+    low, high : float
+        The part of the path that is looked at.
+    start, end : Ends, optional
+        What motions may begin and end with there; anything by default.
+    """
+
+    def __init__(
+        self, cover: SlabCover, low: float = 0.0, high: float = 1.0, start: Ends | None = None, end: Ends | None = None
+    ) -> None:
+        self.cover, self.start, self.end = cover, start or Ends(), end or Ends()
+        self.looked_at, self.rounds, self.calm = 0, 0, _SIZE
+        edges = np.linspace(low, high, _SLABS + 1)
+        # At the ends there are slabs without thickness: what a motion begins and ends with.
+        pairs = [(low, low), *zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True), (high, high)]
+        self.slabs = [self._slab(*pair, cover.boxes(*pair, _SIZE)) for pair in pairs]
+
+    def prove(self, deadline: float = np.inf, budget: int = _MOST_BOXES) -> ChainProof:
+        """Look ever more closely until no chain is left, or time or budget are spent.
+
+        Parameters
+        ----------
+        deadline : float
+            As :func:`time.perf_counter` tells it.
+        budget : int
+            Boxes to be looked at.
+
+        Returns
+        -------
+        ChainProof
+        """
+        while True:
+            self._measure()
+            kept = [slab.kept() for slab in self.slabs]
+            if not all(len(slab.boxes) for slab in kept):
+                return self._result("proved")
+            self.slabs = kept
+            least = min(float(slab.through.min()) for slab in kept)
+            if least == 0.0 and self.calm < _CLEAR:
+                return self._result("clear")
+            if time.perf_counter() > deadline:
+                return self._result("time")
+            if self.looked_at > budget or not self._refine(least):
+                return self._result("budget")
+
+    def _result(self, stopped: str) -> ChainProof:
+        latest = max((slab.high for slab in self.slabs if np.isfinite(slab.forward).any()), default=self.slabs[0].low)
+        earliest = min((slab.low for slab in self.slabs if np.isfinite(slab.backward).any()), default=self.slabs[-1].high)
+        narrowest = min(slab.high - slab.low for slab in self.slabs[1:-1])
+        return ChainProof(stopped == "proved", stopped, latest, earliest, narrowest, self.looked_at, self.rounds)
+
+    def _slab(self, low: float, high: float, boxes: Boxes) -> Slab:
+        self.looked_at += len(boxes)
+        return Slab(low, high, boxes)
+
+    def _usual(self, slab: Slab) -> float:
+        """Return the radius of boxes that is usual in slabs of this width."""
+        return _SIZE * _SLABS * (slab.high - slab.low) / (self.slabs[-1].high - self.slabs[0].low)
+
+    def _measure(self) -> None:
+        """Find what chains from either end pay to get to each box."""
+        wraps = self.cover.wraps
+        for slabs, name, ends in ((self.slabs, "forward", self.start), (self.slabs[::-1], "backward", self.end)):
+            before: Slab | None = None
+            for slab in slabs:
+                boxes, toll = slab.boxes, slab.toll
+                if before is None:
+                    cost = np.where(ends.among(boxes, wraps), 0.0, np.inf)
+                else:
+                    cost, other = np.full(len(boxes), np.inf), before.boxes
+                    least, to_least = (np.minimum(part.toll, self._usual(part)) for part in (before, slab))
+                    cross(
+                        other.low, other.high, least, getattr(before, name), boxes.low, boxes.high, to_least, wraps, cost
+                    )  # fmt: skip
+                settle(boxes.low, boxes.high, toll, wraps, cost)
+                setattr(slab, name, cost)
+                before = slab
+
+    def _refine(self, least: float) -> bool:
+        """Look more closely at what the cheapest chains pass; return whether anything could be."""
+        self.rounds += 1
+        if least == 0.0:
+            self.calm *= _FINER
+        slabs: list[Slab] = []
+        for slab in self.slabs:
+            radius, clean = slab.radius, slab.boxes.clean
+            hot = slab.through <= least + _NEAR_LEAST * slab.toll
+            hot &= clean & (radius > self.calm) if least == 0.0 else ~clean
+            if not hot.any() or 0.0 < slab.high - slab.low < _FINEST:
+                slabs.append(slab)
+                continue
+            size = np.where(hot, _FINER * radius, 2.0 * radius)
+            middle = 0.5 * (slab.low + slab.high)
+            pairs = [(slab.low, middle), (middle, slab.high)] if slab.high > slab.low else [(slab.low, slab.high)]
+            slabs += [self._slab(*pair, self.cover.split(*pair, slab.boxes, size)) for pair in pairs]
+        refined = len(slabs) > len(self.slabs)
+        self.slabs = slabs
+        return refined
