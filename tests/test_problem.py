@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import selfmotion as sm
+from selfmotion.paths import Path
 
 ARM = sm.PlanarArm([30, 30, 20], [None, (0, np.pi), None])
 PATH = sm.Bezier([[50, -10], [85, 30], [50, 50], [60, -10], [58, 30], [70, -10]])
@@ -75,3 +76,52 @@ def test_a_start_out_of_reach_says_where_u_may_lie():
 def test_units_are_suspected_when_nothing_is_in_reach():
     with pytest.raises(sm.InvalidInputError, match="units"):
         sm.Problem(sm.PlanarArm([0.3, 0.3, 0.2]), PATH)
+
+
+class Broken(sm.PlanarArm):
+    """An arm one of whose methods gives no numbers."""
+
+    method = ""
+
+    def solve(self, x, u, branch=0):
+        q, ok = super().solve(x, u, branch)
+        return (q * np.nan if self.method == "solve" else q), ok
+
+    def task_residual(self, q, x):
+        return super().task_residual(q, x) * (np.nan if self.method == "task_residual" else 1.0)
+
+    def task_error(self, q, x):
+        return super().task_error(q, x) * (np.nan if self.method == "task_error" else 1.0)
+
+    def jacobian(self, q):
+        return super().jacobian(q) * (np.nan if self.method == "jacobian" else 1.0)
+
+
+@pytest.mark.parametrize("links", [[30, 30, 20], [20, 20, 20, 20]])
+@pytest.mark.parametrize("method", ["solve", "task_residual", "task_error", "jacobian"])
+def test_an_arm_that_gives_no_numbers_is_refused_by_its_method(links, method):
+    arm = Broken(links)
+    sm.Problem(arm, PATH)
+    arm.method = method
+    with pytest.raises(sm.InvalidInputError, match=f"arm: gives no finite numbers at r = .*mend Broken.{method}"):
+        sm.Problem(arm, PATH)
+
+
+class Hole(Path):
+    """A line on which one point is no number."""
+
+    kind = "hole"
+
+    def __init__(self, r, order=0):
+        self.r, self.order = r, order
+
+    def _evaluate(self, r, order):
+        values = sm.Line([50, -10], [60, 10])(r, order)
+        return np.where(((r == self.r) & (order == self.order))[:, None], np.nan, values)
+
+
+@pytest.mark.parametrize("order", [0, 1])
+@pytest.mark.parametrize("r", [0.0, 0.25, 1.0])
+def test_a_path_with_a_point_that_is_no_number_is_bad_input_and_no_proof(r, order):
+    with pytest.raises(sm.InvalidInputError, match=f"path: has no finite .* at r = {r:g}"):
+        sm.Problem(ARM, Hole(r, order))

@@ -101,6 +101,7 @@ class Problem:
         self.weights = read_only(joint_weights(weights, arm.n))
         self.objective: Objective = OBJECTIVES[choice("objective", objective, OBJECTIVES)]()
         self._check_reach()
+        self._check_numbers()
         self.start = self._posture("start", start, 0.0)
         self.end = self._posture("end", end, 1.0)
         self._check_closure()
@@ -158,6 +159,27 @@ class Problem:
                 f"{self.arm.reach:.6g}, can get to",
                 "are the units of arm and path the same?",
             )
+
+    def _check_numbers(self) -> None:
+        """Refuse an arm or a path whose numbers are none: NaN would pass for out of reach, which proves too much."""
+        arm, r = self.arm, self.path.grid(_LOOK_AT)
+        points = self.path(r)
+        self.path(r, 1)
+        r, points = r[~out_of_reach(arm, points)], points[~out_of_reach(arm, points)]
+        u = np.linspace(-np.pi, np.pi, len(r))[:, None] + np.zeros(arm.n_u)
+        for branch in self.elbow_branches:
+            q, ok = arm.solve(points, u, branch)
+            posture = np.where(ok[:, None], q, 0.0)
+            for name, found in (
+                ("solve", posture),
+                ("task_residual", arm.task_residual(posture, points)),
+                ("task_error", arm.task_error(posture, points)[:, None]),
+                ("jacobian", arm.jacobian(posture).reshape(len(r), -1)),
+            ):
+                wrong = ~np.isfinite(found).all(axis=-1)
+                if wrong.any():
+                    at, method = r[wrong][0], f"{type(arm).__name__}.{name}"
+                    raise InvalidInputError("arm", f"gives no finite numbers at r = {at:.6g}", f"mend {method}")
 
     def _check_closure(self) -> None:
         """Refuse a cyclic motion whose given ends are not the same posture."""

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import selfmotion as sm
-from selfmotion.paths import PATHS
+from selfmotion.errors import InvalidInputError
+from selfmotion.paths import PATHS, Path
 
 SQUARE = [[0, 0], [2, 0], [2, 3], [-1, 3]]
 EXAMPLES = {
@@ -230,3 +231,24 @@ def test_derivatives_of_a_high_degree_bezier():
     bend = (path(r + h, 1) - path(r - h, 1)) / (2 * h)
     np.testing.assert_allclose(path(r, 2), bend, atol=1e-4)
     np.testing.assert_allclose(path([0.0, 1.0]), points[[0, -1]], atol=1e-12)
+
+
+class Torn(Path):
+    """A line whose points are no numbers from 0.4 to 0.6, or whose derivatives are not."""
+
+    kind = "torn"
+
+    def __init__(self, order=0):
+        self.order = order
+
+    def _evaluate(self, r, order):
+        values = sm.Line([0, 0], [1, 0])(r, order)
+        return np.where(((r > 0.4) & (r < 0.6) & (order == self.order))[:, None], np.nan, values)
+
+
+@pytest.mark.parametrize(("order", "name"), [(0, "point"), (1, "first derivative"), (2, "second derivative")])
+def test_a_curve_that_is_no_number_somewhere_says_where(order, name):
+    path = Torn(order)
+    assert np.isfinite(path([0.1, 0.4, 0.6], order)).all()
+    with pytest.raises(InvalidInputError, match=f"path: has no finite {name} at r = 0.45"):
+        path([0.1, 0.45, 0.5], order)

@@ -20,7 +20,7 @@ MORE = {
     "section": Section(EXAMPLES["bezier"], (0.2, 0.55)),
     "section of a spline": Section(sm.Waypoints(SQUARE, "spline"), (0.1, 0.9)),
 }
-SHARP = set(MORE) - {"relative"}
+SHARP = [kind for kind in MORE if kind != "relative"]
 
 
 def fastest_sample(path, low, high):

@@ -63,12 +63,19 @@ class Path(ABC):
         Raises
         ------
         InvalidInputError
-            If some r is outside [0, 1] or NaN, or the order is none of 0, 1, 2.
+            If some r is outside [0, 1] or NaN, the order is none of 0, 1, 2, or the curve has no finite value there.
         """
         values = path_parameter(r)
         if order not in (0, 1, 2):
             raise InvalidInputError("order", "must be 0, 1 or 2", "higher derivatives are not offered", order)
-        return self._evaluate(values.reshape(-1), order).reshape((*values.shape, 2))
+        flat = values.reshape(-1)
+        found = self._evaluate(flat, order)
+        if not np.isfinite(found).all():
+            # Unsaid, NaN would pass for a point that nothing reaches: a proof that there is no motion.
+            first = flat[~np.isfinite(found).all(axis=-1)][0]
+            name = ("point", "first derivative", "second derivative")[order]
+            raise InvalidInputError("path", f"has no finite {name} at r = {first:.6g}", "mend the curve there")
+        return found.reshape((*values.shape, 2))
 
     def fastest(self, low: float, high: float) -> float:
         """Bound the speed on a part of the path.
