@@ -5,9 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +21,7 @@ _KINDS = {"joint_travel": _kernels.TRAVEL, "l1": _kernels.L1, "l2": _kernels.L2}
 _STRETCH = 4.0  # slab widths [rad] by which a tube's artificial ends are prolonged in proposals
 _COARSE = 0.3  # spacing at which a new slice is looked at first [rad]
 _THREADS = 2
+_ROUNDING = 1e-12  # of angles [rad]
 _FINER = 4.0  # what one look divides the spacing by
 
 
@@ -71,6 +73,13 @@ class Slice:
         )  # fmt: skip
 
 
+class Tie(NamedTuple):
+    """Start and end of a cyclic motion are one posture, near `anchor` (n,); `pull` (n,) are the multipliers of that."""
+
+    anchor: FloatArray
+    pull: FloatArray
+
+
 @dataclass(frozen=True)
 class Chain:
     """The cheapest chords through a tube: postures q (slices, n), and what of the value there is not proved (slices,)."""
@@ -83,14 +92,23 @@ class Chain:
 class Tube:
     """Slices of the angle domain in cells, and the values that are proved on them."""
 
-    def __init__(self, cover: Cover, objective: str, weights: FloatArray, slices: list[Slice]) -> None:
+    def __init__(
+        self, cover: Cover, objective: str, weights: FloatArray, slices: list[Slice], tie: Tie | None = None
+    ) -> None:
         self.cover, self.objective, self.weights = cover, objective, np.ascontiguousarray(weights)
-        self.slices = slices
+        self.slices, self.tie = slices, tie
 
     @property
     def size(self) -> int:
         """Number of cells."""
         return sum(len(part.cells) for part in self.slices)
+
+    @property
+    def width(self) -> float:
+        """How far apart the cells at the start may be, joint by joint at most [rad]."""
+        cells = self.slices[0].cells
+        middle = 0.5 * (cells.a + cells.b)
+        return float((np.abs(self._apart(middle, middle[0])) + 0.5 * np.abs(cells.b - cells.a)).max())
 
     @property
     def is_empty(self) -> bool:
@@ -105,7 +123,7 @@ class Tube:
     def evaluate(self, deadline: float = np.inf) -> float:
         """Prove values from both ends; return the bound on every motion through the tube."""
         first, last = self.slices[0], self.slices[-1]
-        first.forward, last.backward = self._zero(first), self._zero(last)
+        first.forward, last.backward = self._at_end(first, -1.0), self._at_end(last, 1.0)
 
         def forward() -> None:
             for one, two in pairwise(self.slices):
@@ -154,7 +172,7 @@ class Tube:
                 found[k] = finer(k)
 
         _together([partial(every, first) for first in range(_THREADS)])
-        return Tube(self.cover, self.objective, self.weights, [part for parts in found for part in parts])
+        return Tube(self.cover, self.objective, self.weights, [part for parts in found for part in parts], self.tie)
 
     def cheapest(self) -> Chain:
         """Return the cheapest chords from the first slice to the last."""
@@ -199,9 +217,67 @@ class Tube:
             new.severed[:, end] = part.severed[of, end] & (cells.pieces[:, column] == whole.pieces[of, column])
         return new
 
-    def _zero(self, part: Slice) -> Values:
+    def _at_end(self, part: Slice, sign: float) -> Values:
+        """Return the values that an end begins with: zero, or the linear ones of a tie."""
         m, n = part.cells.a.shape
-        return Values(np.zeros((m, 2)), np.zeros((m, n)), np.zeros(m))
+        if self.tie is None:
+            return Values(np.zeros((m, 2)), np.zeros((m, n)), np.zeros(m))
+        a, b = part.cells.a, part.cells.b
+        middle = self._apart(0.5 * (a + b), self.tie.anchor)
+        half = 0.5 * (b - a) @ self.tie.pull
+        v = sign * np.column_stack([middle @ self.tie.pull - half, middle @ self.tie.pull + half])
+        rounding = _kernels.ROUNDING * (np.abs(a) + np.abs(b) + np.abs(self.tie.anchor)) @ np.abs(self.tie.pull)
+        return Values(v, np.tile(sign * self.tie.pull, (m, 1)), rounding)
+
+    def _apart(self, q: FloatArray, to: FloatArray) -> FloatArray:
+        """Return q − to, free joints modulo 2π."""
+        step = q - to
+        return np.where(self.cover.wraps, step - TAU * np.rint(step / TAU), step)
+
+    def closed(self) -> Tube:
+        """Return the tube without the cells at either end that no cell at the other end meets: for cyclic motions."""
+        first, last = self.slices[0], self.slices[-1]
+        if self.is_empty:
+            return self
+        meet = self._meet(first.cells, last.cells)
+        slices = [first.kept(meet.any(axis=1)), *self.slices[1:-1], last.kept(meet.any(axis=0))]
+        return Tube(self.cover, self.objective, self.weights, slices, self.tie)
+
+    def halves(self, pull: FloatArray) -> list[Tube]:
+        """Return two tubes of cyclic motions, each with half of the cells at the start and those at the end that meet them.
+
+        Parameters
+        ----------
+        pull : array, shape (n,)
+            Any multipliers λ of θ(1) = θ(0): λ·(θ(1) − θ(0)) is added to the cost. The better they are, the less is
+            lost for start and end being different postures of the same half.
+        """
+        first, last = self.slices[0], self.slices[-1]
+        found = []
+        for rows in np.array_split(np.arange(len(first.cells)), 2):
+            mine = np.zeros(len(first.cells), bool)
+            mine[rows] = True
+            start = first.kept(mine)
+            end = last.kept(self._meet(start.cells, last.cells).any(axis=0))
+            middle = 0.5 * (first.cells.a + first.cells.b)[rows[len(rows) // 2]]
+            tie = Tie(middle, pull) if self._is_one_sheet(middle, start.cells, end.cells) else None
+            slices = [start, *(replace(part) for part in self.slices[1:-1]), end]
+            found.append(Tube(self.cover, self.objective, self.weights, slices, tie))
+        return found
+
+    def _is_one_sheet(self, anchor: FloatArray, *ends: Cells) -> bool:
+        """Return whether all postures are less than half a turn from the anchor, so that differences to it are one-valued."""
+        far = [
+            np.abs(self._apart(0.5 * (cells.a + cells.b), anchor)) + 0.5 * np.abs(cells.b - cells.a) + cells.dev
+            for cells in ends
+        ]
+        return all(bool((part[:, self.cover.wraps] < np.pi - _ROUNDING).all()) for part in far)
+
+    def _meet(self, one: Cells, two: Cells) -> BoolArray:
+        """Return which cells (m,) and (k,) may share a posture, shape (m, k)."""
+        room = 0.5 * (np.abs(one.b - one.a)[:, None] + np.abs(two.b - two.a)) + one.dev[:, None] + two.dev
+        middle = 0.5 * (one.a + one.b)[:, None]
+        return np.asarray((np.abs(self._apart(0.5 * (two.a + two.b), middle)) <= room + _ROUNDING).all(axis=2))
 
     def _slice(self, r: float, cells: Cells, fixed: bool = False) -> Slice:
         joined = np.zeros(len(cells), bool)

@@ -16,7 +16,7 @@ from selfmotion.planners.base import Planner
 from selfmotion.plans import Plan
 from selfmotion.problem import Posture, Problem
 from selfmotion.refinement import Optima, Optimum, Start, random_starts, start_from
-from selfmotion.verification import Failure
+from selfmotion.verification import Failure, verify_motion
 
 if TYPE_CHECKING:
     from selfmotion.certificate.result import Certificate, Level
@@ -31,6 +31,7 @@ _SHARE, _LOSS = 5.0, 0.5  # square of the spacing, and loss of the proof, per sl
 _WANTED = 0.3  # part of the gap asked for that chords need not lose less than
 _NARROWER = 0.1  # what spacing is multiplied by at least, from one round to the next
 _MARGIN = 1e-12  # relative
+_TIED = 2.5  # width of the start of a cyclic motion, in slab widths [rad]
 
 
 class Global(Planner):
@@ -88,7 +89,7 @@ class _Search:
         self.best: Optimum | None = None
         self.threshold = np.inf  # motions that cost more need not be in the tube
         self.bound = 0.0
-        self.tube: Tube | None = None
+        self.tubes: list[Tube] = []
         self.levels: list[Level] = []
 
     def plan(self) -> Plan:
@@ -111,7 +112,6 @@ class _Search:
     def _prove(self) -> str:
         """Refine the tube until the gap is small enough; return what proved the bound, or why it is not better."""
         from selfmotion.arms.planar_cover import PlanarCover
-        from selfmotion.certificate.result import Level
         from selfmotion.certificate.tube import OutOfTimeError, first_tube
 
         problem = self.problem
@@ -122,29 +122,69 @@ class _Search:
                 cover, problem.objective.kind, problem.weights, _slices(problem.path.breaks), float(spacing[0]),
                 self._given(problem.start, 0.0), self._given(problem.end, 1.0), self.deadline,
             )  # fmt: skip
-            while not tube.is_empty:
-                self.bound = max(self.bound, min(tube.evaluate(self.deadline), self.threshold))
-                chain, cells = tube.cheapest(), tube.size
-                self._improve(chain)
-                tube.prune(self.threshold)
-                self.tube = tube
-                seconds = time.perf_counter() - self.began
-                self.levels.append(Level(len(tube.slices), cells, self.bound, self.threshold, seconds))
-                if self.progress is not None:
-                    self.progress(len(self.levels), 0, self.threshold)
+            parts = [_Part(tube, spacing)]
+            while parts:
+                self._look_at(parts)
                 if self._gap <= self.planner.gap:
                     return "values on cells of the self-motion, pair by pair, to the gap asked for"
-                if not tube.is_empty:
-                    slabs, spacing = self._finer(chain, spacing)
-                    tube = tube.refined(slabs, spacing, self.threshold, self.deadline)
-                    spacing = _with_new(spacing, slabs)
+                parts = [finer for part in parts for finer in self._refined(part)]
         except OutOfTimeError:
             return f"values on cells of the self-motion, pair by pair, until the time limit of {self.planner.time_limit:g} s"
         except KeyboardInterrupt:
             return "values on cells of the self-motion, pair by pair, until it was interrupted"
         self.bound = max(self.bound, self.threshold)
-        self.tube = tube
         return "no motion cheaper than the best one is left in the tube"
+
+    def _look_at(self, parts: list[_Part]) -> None:
+        """Prove a bound for each part, look for a better motion near the best chords, and drop what is proved worse."""
+        from selfmotion.certificate.result import Level
+
+        cells = sum(part.tube.size for part in parts)
+        for part in parts:
+            part.bound, part.chain = part.tube.evaluate(self.deadline), part.tube.cheapest()
+        self._improve(min(parts, key=lambda part: part.bound).chain)
+        if self.problem.cyclic:
+            parts[:] = [small for part in parts for small in self._parted(part)]
+        best = min((part.bound for part in parts), default=np.inf)
+        self.bound = max(self.bound, min(best, self.threshold))
+        for part in parts:
+            part.tube.prune(self.threshold)
+        parts[:] = [part for part in parts if not part.tube.is_empty]
+        self.tubes = [part.tube for part in parts]
+        slices = max((len(part.tube.slices) for part in parts), default=0)
+        self.levels.append(Level(slices, cells, self.bound, self.threshold, time.perf_counter() - self.began))
+        if self.progress is not None:
+            self.progress(len(self.levels), 0, self.threshold)
+
+    def _refined(self, part: _Part) -> list[_Part]:
+        """Return a part on more slices in shorter cells, as two parts if motions are to be cyclic; none if it is empty."""
+        slabs, spacing = self._finer(part.chain, part.spacing)
+        tube = part.tube.refined(slabs, spacing, self.threshold, self.deadline)
+        spacing = _with_new(spacing, slabs)
+        return [] if tube.is_empty else [_Part(tube, spacing)]
+
+    def _parted(self, part: _Part) -> list[_Part]:
+        """Return a part in parts so narrow at the start that start and end of a cyclic motion hardly differ in them."""
+        part.tube.prune(self.threshold)
+        tube = part.tube.closed()
+        if tube.is_empty:
+            return []
+        if self.best is None or tube.width <= _TIED * np.diff(part.chain.r).mean():
+            return [part]
+        found = []
+        for half in tube.halves(self._pull()):
+            if not half.is_empty:
+                smaller = _Part(half, part.spacing)
+                smaller.bound, smaller.chain = max(part.bound, half.evaluate(self.deadline)), half.cheapest()
+                found += self._parted(smaller) if smaller.bound < self.threshold else []
+        return found
+
+    def _pull(self) -> FloatArray:
+        """Return multipliers of closure: with them the best motion's cost changes to second order where it does not close."""
+        assert self.best is not None
+        rates = self.best.motion.rates(np.array([0.0, 1.0]))
+        weights = self.problem.weights
+        return np.asarray(-self.problem.objective.smoothed(rates, weights, 1e-9).gradient.mean(axis=0))
 
     @property
     def _gap(self) -> float:
@@ -153,7 +193,7 @@ class _Search:
     def _certificate(self, argument: str) -> Certificate:
         from selfmotion.certificate.result import Certificate, TubeSlice
 
-        slices = [] if self.tube is None else self.tube.slices
+        slices = sorted((part for tube in self.tubes for part in tube.slices), key=lambda part: part.r)
         tube = tuple(TubeSlice(part.r, part.cells.a, part.cells.b) for part in slices)
         return Certificate(self.bound, argument, tuple(self.levels), tube)
 
@@ -195,8 +235,12 @@ class _Search:
         optimum = self.optima.add(start, near)
         if optimum is None:
             return
+        if self.problem.objective.has_kinks:  # whose rounding off blurs the cost on the coarse level
+            refined = self.optima.refined(optimum)
+            self.optima.found = [refined if other is optimum else other for other in self.optima.found]
+            optimum = refined
         cost = self.optima.cost_of(optimum.motion) * (1.0 + _MARGIN)
-        if cost < self.threshold:
+        if cost < self.threshold and verify_motion(self.problem, optimum.motion).holds:
             self.best, self.threshold = optimum, cost
 
     def _given(self, posture: Posture | None, r: float) -> FloatArray | None:
@@ -216,6 +260,15 @@ class _Search:
             + ("" if failure is None else f"; the best candidate does not hold: {failure}"),
             "give more time", self.optima.iterations, 1.0,
         )  # fmt: skip
+
+
+class _Part:
+    """A tube, the spacing of its cells per slice, and what was found in it."""
+
+    def __init__(self, tube: Tube, spacing: FloatArray) -> None:
+        self.tube, self.spacing = tube, spacing
+        self.bound = 0.0
+        self.chain: Chain
 
 
 def _slices(breaks: FloatArray) -> FloatArray:

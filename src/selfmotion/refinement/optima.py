@@ -114,7 +114,7 @@ class Optima:
         for k, optimum in enumerate(self.found):
             if best is not None and (k >= _REFINED or optimum.cost - caution * shift > best.cost):
                 break
-            finer = self._refined(optimum)
+            finer = self.refined(optimum)
             shift = max(shift, abs(finer.cost - optimum.cost))
             self.found[k] = finer
             check = verify_motion(self.problem, finer.motion)
@@ -175,7 +175,7 @@ class Optima:
         self.found.append(optimum)
         return optimum
 
-    def _refined(self, optimum: Optimum) -> Optimum:
+    def refined(self, optimum: Optimum) -> Optimum:
         """Return an optimum on knots so fine that the cost no longer changes, or as fine as time allows."""
         tolerance, width = self.tolerance, _NARROWEST
         if self.problem.objective.has_kinks:
