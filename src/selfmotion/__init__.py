@@ -47,7 +47,18 @@ if TYPE_CHECKING:
         Transformed,
         Waypoints,
     )
-    from selfmotion.planners import BSpline, Global, Harmonics, Modules, MovingBase, Plan, Refine, Sinusoid, plan
+    from selfmotion.planners import (
+        BSpline,
+        Global,
+        Harmonics,
+        Modules,
+        MovingBase,
+        Plan,
+        Refine,
+        Sinusoid,
+        distance_from_optimum,
+        plan,
+    )
     from selfmotion.problem import Problem
 
 _HOME = {
@@ -62,7 +73,10 @@ _HOME = {
         "Arc", "ArcLength", "Bezier", "Circle", "Clothoid", "Concatenation", "Ellipse", "Line", "Lissajous",
         "Reversed", "Rose", "Transformed", "Waypoints",
     ),
-    "planners": ("BSpline", "Global", "Harmonics", "Modules", "MovingBase", "Plan", "Refine", "Sinusoid", "plan"),
+    "planners": (
+        "BSpline", "Global", "Harmonics", "Modules", "MovingBase", "Plan", "Refine", "Sinusoid",
+        "distance_from_optimum", "plan",
+    ),
     "problem": ("Problem",),
     "mending": ("repair",),
     "judgement": ("judge",),

@@ -276,22 +276,43 @@ def verify(
     max_step: Annotated[
         float, typer.Option("--max-step", min=0.0, help="Largest joint step between rows [rad].")
     ] = 0.5,
+    optimum: Annotated[
+        bool, typer.Option("--optimum/--no-optimum", help="Whether to say how far from the best possible it is.")
+    ] = True,
+    gap: Annotated[
+        float, typer.Option("--gap", min=1e-9, max=1.0, help="How sharp the bound on every motion shall be.")
+    ] = 1e-3,
+    time_limit: Annotated[
+        float, typer.Option("--time-limit", metavar="S", min=0.0, help="Seconds after which it is taken as it is.")
+    ] = 10.0,
 ) -> None:
-    """Judge a motion that anyone made: tracking, limits, continuity, travel. Exit 0: it holds; 1: it does not."""
+    """Judge a motion that anyone made: tracking, limits, continuity, travel, and how far from the best possible it is.
+
+    Exit 0: it holds; 1: it does not.
+    """
     from dataclasses import asdict
 
     from selfmotion.exchange import load_problem, read_trajectory
     from selfmotion.judgement import Tolerances, judge
+    from selfmotion.planners import Distance, Global, distance_from_optimum
 
     allowed = Tolerances(tolerance, tolerance_between, step=max_step)
+    prover = Global(gap, time_limit)
     case, _ = load_problem(problem)
     motion = read_trajectory(trajectory, case.arm.n)
     verdict = judge(case, motion.r, motion.q, allowed)
+    distance = Distance(verdict.cost_sampled, reason="not asked for" if verdict.holds else "the motion does not hold")
+    if verdict.holds and optimum:
+        with _progress("proving a bound") as report:
+            distance = distance_from_optimum(case, motion.r, motion.q, prover, allowed, report)
     if as_json:
         status = {"status": "holds" if verdict.holds else "broken"}
-        _say(_json({**status, **asdict(verdict), "rows": len(motion.r), "version": __version__}))
+        more = {**distance.summary(), "rows": len(motion.r), "version": __version__}
+        _say(_json({**status, **asdict(verdict), **more}))
     elif verdict.holds:
         _say(f"the motion holds: travel {verdict.cost_sampled:.9g}, tracking {verdict.max_tracking_error:.2g}")
+        if optimum:
+            _say(f"  {distance}")
     else:
         _say("\n  ".join(["the motion does not hold:", *map(str, verdict.failures)]))
     raise typer.Exit(0 if verdict.holds else 1)
@@ -412,7 +433,7 @@ def _progress(title: str) -> Iterator[Progress | None]:
         task = bar.add_task(title, total=None, best="")
 
         def report(done: int, total: int, best: float) -> None:
-            bar.update(task, completed=done, total=total, best=f"best {best:.6g}")
+            bar.update(task, completed=done, total=total or None, best=f"best {best:.6g}")
 
         yield report
 

@@ -9,6 +9,7 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
 from selfmotion.planners.chain import module_problems
+from selfmotion.planners.distance import Distance, distance_from_optimum
 from selfmotion.planners.globally_optimal import Global
 from selfmotion.planners.modules import Modules
 from selfmotion.planners.moving_base import MovingBase
@@ -58,6 +59,7 @@ __all__ = [
     "PLANNERS",
     "BSpline",
     "Candidates",
+    "Distance",
     "Global",
     "Harmonics",
     "Modules",
@@ -67,6 +69,7 @@ __all__ = [
     "Planner",
     "Refine",
     "Sinusoid",
+    "distance_from_optimum",
     "module_problems",
     "plan",
 ]
