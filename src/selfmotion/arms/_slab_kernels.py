@@ -14,9 +14,24 @@ import numpy as np
 
 from selfmotion._compiled import kernel
 from selfmotion._types import BoolArray, FloatArray, IntArray
-from selfmotion.arms._cover_kernels import DROP, PAD, REGULAR, TAU, cosine_range, enclose, is_led, others, solve, speeds
+from selfmotion.arms._cover_kernels import (
+    DROP,
+    PAD,
+    REGULAR,
+    ROUGH,
+    TAU,
+    cosine_range,
+    enclose,
+    is_led,
+    others,
+    solve,
+    speeds,
+)
 
-_THINNEST = 0.3  # parts of the wanted radius: a piece this thin has a large box because of the disc
+# No joint moves more than twice as fast as the direction of the right chart: a piece that is thinner than this part of
+# its box's radius, or where nothing is known of the radius wanted, has a large box because of the disc.
+_THIN, _THINNEST = 0.5, 0.3
+_ONCE = 0.6  # but a piece with too large a box has been halved once
 _DEEPEST = 512  # pieces that wait to be looked at
 _OPTIONS = 32  # turns of a joint that are told apart
 
@@ -48,9 +63,9 @@ def joint_box(
     links: FloatArray, x: float, y: float, rho: float, direction: float, chart: int, sign: float, low: float,
     high: float, middle: FloatArray, radius: FloatArray, t: FloatArray, dt: FloatArray, box: FloatArray,
 ) -> int:  # fmt: skip
-    """Enclose the joint angles of a piece in `box` (n, 2); return DROP, REGULAR or ROUGH as :func:`enclose` does.
+    """Enclose the joint angles of a piece in `box` (n, 2); return DROP if no posture is in it or another chart serves.
 
-    DROP also if another chart serves for all of it.
+    REGULAR if all of it reaches and moves with its chart's direction, else ROUGH.
     """
     n = len(box)
     kind = enclose(links, x, y, rho, chart, sign, low, high, middle, radius)
@@ -68,6 +83,8 @@ def joint_box(
         box[m, 0], box[m, 1] = angle - room, angle + room
     if kind == REGULAR and abs(t[chart, 0]) > 1.01 * t[chart, 1]:
         narrow(links, x, y, rho, direction, chart, sign, low, high, t, box)
+    else:
+        kind = ROUGH
     j, k = others(chart)
     if k == j + 1:  # a joint lies between the two
         shortest, longest = bridged(links, x, y, rho, chart, low, high)
@@ -111,6 +128,10 @@ def options(
     count = 0
     for w in range(len(windows)):
         floor, ceiling = max(windows[w, 0], inside_low), min(windows[w, 1], inside_high)
+        if high - low >= TAU and floor <= ceiling and count < len(found):  # anything is possible
+            found[count, 0], found[count, 1], found[count, 2] = floor, ceiling, 0.0
+            count += 1
+            continue
         turn, last = np.ceil((floor - high) / TAU - PAD), np.floor((ceiling - low) / TAU + PAD)
         while turn <= last:
             one, two = low + TAU * turn, high + TAU * turn
@@ -178,6 +199,7 @@ def slab_boxes(
     for p in range(len(pieces)):
         chart, sign = int(pieces[p, 0]), pieces[p, 1]
         stack[0, 0], stack[0, 1] = pieces[p, 2], pieces[p, 3]
+        once = _ONCE * (pieces[p, 3] - pieces[p, 2])
         depth = 1
         while depth > 0:
             depth -= 1
@@ -186,7 +208,8 @@ def slab_boxes(
             if kind == DROP or not all_options(box, wraps, windows, first, inside_low[p], inside_high[p], ways, many):
                 continue
             longest = 0.5 * (box[:, 1] - box[:, 0]).max()
-            if longest > size[p] and stop - start > max(_THINNEST * size[p], narrowest) and depth + 2 <= _DEEPEST:
+            thin = min(_THIN * longest, once) if kind == REGULAR else min(_THINNEST * size[p], once)
+            if longest > size[p] and stop - start > max(thin, narrowest) and depth + 2 <= _DEEPEST:
                 cut = 0.5 * (start + stop)
                 stack[depth, 0], stack[depth, 1] = cut, stop
                 stack[depth + 1, 0], stack[depth + 1, 1] = start, cut

@@ -3,12 +3,12 @@
 The path is cut into slabs, and all feasible postures of a slab are in boxes of joint angles. A motion inside a slab
 goes on from box to box where they overlap, since boxes are closed and cover it; where it leaves the slab it is in a box
 of either side. So every motion from one end to the other follows a chain of overlapping boxes with r never descending.
-A box on no such chain is of no use to any motion and is dropped; where none is left it is proved that there is no motion.
+A box on no such chain is of no use to any motion and is dropped; where none is left it is proved that none exists.
 
-What is looked at more closely is where chains pay least: a box with something outside the limits in it costs its radius,
-others nothing, and going on along the path costs no more than what is usual for slabs of that width. So the cheapest
-chains cross a forbidden strip where the boxes are still too large to see it, and there alone slabs are halved and boxes
-split. That is a choice of where to look, not a part of the proof.
+What is looked at more closely is where chains pay least: a box with something outside the limits in it costs its
+radius, others nothing, and going on along the path costs no more than what is usual for slabs of that width. So the
+cheapest chains cross a forbidden strip where the boxes are still too large to see it, and there alone slabs are halved
+and boxes split. That is a choice of where to look, not a part of the proof.
 """
 
 from __future__ import annotations
@@ -26,7 +26,9 @@ _SLABS = 16
 _SIZE = 0.3  # radius of boxes at the beginning [rad]
 _FINER = 0.5  # what a look multiplies the radius by
 _NEAR_LEAST = 0.25  # radii of a box by which the chains through it may be dearer than the cheapest to be looked at
-_CLEAR = 0.03  # boxes without anything outside the limits, this small, overlap because their postures are connected [rad]
+_CLEAR = (
+    0.03  # boxes without anything outside the limits, this small, overlap because their postures are connected [rad]
+)
 _FINEST = 1e-9  # narrowest slab
 _MOST_BOXES = 3_000_000
 
@@ -96,7 +98,8 @@ class ChainProof:
         ``"proved"``, ``"time"``, ``"budget"``, or ``"clear"``: chains are left whose boxes are small and have nothing
         outside the limits, so that a motion most likely exists.
     latest, earliest : float
-        If proved: beyond `latest` the boxes that are left have no chain from the start, before `earliest` none to the end.
+        If proved: of the boxes that are left those beyond `latest` have no chain from the start, those before
+        `earliest` none to the end.
     resolution : float
         Width of the narrowest slab.
     boxes : int
@@ -166,7 +169,9 @@ class Chains:
 
     def _result(self, stopped: str) -> ChainProof:
         latest = max((slab.high for slab in self.slabs if np.isfinite(slab.forward).any()), default=self.slabs[0].low)
-        earliest = min((slab.low for slab in self.slabs if np.isfinite(slab.backward).any()), default=self.slabs[-1].high)
+        earliest = min(
+            (slab.low for slab in self.slabs if np.isfinite(slab.backward).any()), default=self.slabs[-1].high
+        )
         narrowest = min(slab.high - slab.low for slab in self.slabs[1:-1])
         return ChainProof(stopped == "proved", stopped, latest, earliest, narrowest, self.looked_at, self.rounds)
 
@@ -189,10 +194,9 @@ class Chains:
                     cost = np.where(ends.among(boxes, wraps), 0.0, np.inf)
                 else:
                     cost, other = np.full(len(boxes), np.inf), before.boxes
-                    least, to_least = (np.minimum(part.toll, self._usual(part)) for part in (before, slab))
-                    cross(
-                        other.low, other.high, least, getattr(before, name), boxes.low, boxes.high, to_least, wraps, cost
-                    )  # fmt: skip
+                    fee, to_fee = (np.minimum(part.toll, self._usual(part)) for part in (before, slab))
+                    paid: FloatArray = getattr(before, name)
+                    cross(other.low, other.high, fee, paid, boxes.low, boxes.high, to_fee, wraps, cost)
                 settle(boxes.low, boxes.high, toll, wraps, cost)
                 setattr(slab, name, cost)
                 before = slab
@@ -205,7 +209,7 @@ class Chains:
         slabs: list[Slab] = []
         for slab in self.slabs:
             radius, clean = slab.radius, slab.boxes.clean
-            hot = slab.through <= least + _NEAR_LEAST * slab.toll
+            hot = slab.through <= least + _NEAR_LEAST * np.minimum(slab.toll, self._usual(slab))
             hot &= clean & (radius > self.calm) if least == 0.0 else ~clean
             if not hot.any() or 0.0 < slab.high - slab.low < _FINEST:
                 slabs.append(slab)
