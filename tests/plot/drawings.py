@@ -20,6 +20,7 @@ import numpy as np
 
 import selfmotion as sm
 from selfmotion import plot
+from selfmotion.certificate.result import Certificate, Level, TubeSlice
 from selfmotion.optimizers import OPTIMIZERS
 
 BASELINE = Path(__file__).with_name("thumbnails.json")
@@ -94,6 +95,33 @@ class Case:
         return r, q, sm.connectivity(self.free_problem, r, q).breaks
 
     @cached_property
+    def proved(self):
+        return with_proof(self.plan, 1.001, [0.97, 0.99])
+
+    @cached_property
+    def rival(self):
+        return sm.plan(
+            self.problem, sm.Sinusoid([0.3], amplitude=[0.4], optimizer=sm.PSO(bounds=(1.4, 1.5), iterations=1))
+        )
+
+    @cached_property
+    def through_folds(self):
+        """Limits that part the elbows for a while, and a proof that leaves a second way."""
+        arm = sm.PlanarArm([1, 1, 1], [(-2.2, 2.2)] * 3)
+        problem = sm.Problem(arm, sm.Line([1.5, -2.5], [1.5, 2.5]))
+        return with_proof(sm.plan(problem, sm.Refine(starts=4)), 1.01, [0.9, 0.99], mirrored=True)
+
+    @cached_property
+    def proofs(self):
+        return {"one": self.proved.certificate, "another": self.through_folds.certificate}
+
+    @cached_property
+    def without_folds(self):
+        """An arm that never stretches on its path: its elbows are not connected."""
+        problem = sm.Problem(sm.PlanarArm([1, 1, 0.6]), sm.Line([0.5, -0.3], [0.9, 0.6]), elbow="negative")
+        return with_proof(sm.plan(problem, sm.Refine(starts=1)), 1.01, [0.9, 0.99])
+
+    @cached_property
     def domain(self):
         return sm.angle_domain(self.arm, self.path)
 
@@ -112,6 +140,25 @@ class Case:
     def curve(self):
         r = np.linspace(0, 1, 201)
         return {"this plan": (r, self.plan.u(r)[:, 0])}
+
+
+def with_proof(plan, bound, rounds, mirrored=False):
+    """Return a plan with a made-up proof: its cost over `bound`, parts of that in `rounds`, and a tube.
+
+    On a path that is its own mirror image the mirrored motion costs the same, so that it is left as well.
+    """
+    arm, cost = plan.problem.arm, plan.cost
+    levels = [
+        Level(25 * 2**k, 3000 * 3**k, part * cost / bound, cost, 0.4 * 3**k) for k, part in enumerate([*rounds, 1])
+    ]
+    tube = []
+    for r in np.linspace(0, 1, 41):
+        ways = [plan([r])[0], -plan([1 - r])[0]][: 1 + mirrored]
+        along = [np.linalg.svd(arm.jacobian(q))[2][-1] for q in ways]
+        a, b = (np.array([q + side * t for q, t in zip(ways, along, strict=True)]) for side in (-0.1, 0.1))
+        tube.append(TubeSlice(float(r), a, b))
+    plan.certify(Certificate(cost / bound, "made up", tuple(levels), tuple(tube)))
+    return plan
 
 
 class Drawing(NamedTuple):
@@ -156,6 +203,18 @@ DRAWINGS = {
         for name in ("eventful", "parted")
         for branch in (0, 1)
     },
+    "optimum": Drawing(
+        plot.draw_optimum, lambda case: (case.proved, {"another": case.rival}), height=3.2, ink=(0.2, 0.7)
+    ),
+    "optimum_unfolded": Drawing(plot.draw_optimum, lambda case: (case.through_folds,), height=3.2, ink=(0.2, 0.7)),
+    "optimum_apart": Drawing(plot.draw_optimum, lambda case: (case.without_folds,), height=3.2, ink=(0.2, 0.7)),
+    "tube": Drawing(plot.draw_tube, lambda case: (case.proved,), ink=(0.1, 0.7)),
+    "proof": Drawing(
+        plot.draw_proof, lambda case: ({"one": case.proved.certificate, "two": case.through_folds.certificate},)
+    ),
+    "proof_time": Drawing(
+        partial(plot.draw_proof, against="seconds"), lambda case: ({"one": case.proved.certificate},)
+    ),
     "samples_broken": Drawing(plot.draw_samples, lambda case: (case.free_problem, *case.broken), height=3.2),
     "samples_connected": Drawing(plot.draw_samples, lambda case: (case.free_problem, *case.broken[:2]), height=3.2),
     "sampled_joints": Drawing(plot.draw_sampled_joints, lambda case: (case.free_problem, *case.broken)),

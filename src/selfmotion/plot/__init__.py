@@ -17,7 +17,9 @@ from selfmotion.plot.evolution import draw_evolution
 from selfmotion.plot.flow import draw_flow, flow_height
 from selfmotion.plot.joints import draw_joints
 from selfmotion.plot.modules import draw_modules
+from selfmotion.plot.optimum import draw_optimum, draw_tube
 from selfmotion.plot.path import draw_path, draw_postures
+from selfmotion.plot.proof import draw_proof
 from selfmotion.plot.spread import draw_spread
 from selfmotion.plot.style import COLUMN, figure, image_files, rendered
 from selfmotion.plot.sweep import draw_extreme_postures, draw_posture_interval, draw_sweep
@@ -34,7 +36,9 @@ def plan_figure_names(n_u: int) -> list[str]:
 def plan_figures(plan: Plan) -> dict[str, bytes]:
     """Return the pictures of a plan, PNG and SVG, as file name to bytes."""
     files = rendered("postures", draw_postures, plan, height=3.2) | rendered("joints", draw_joints, plan)
-    if plan.problem.arm.n_u == 1:
+    if plan.certificate is not None:
+        files |= rendered("motion_in_domain", draw_optimum, plan, height=3.2)
+    elif plan.problem.arm.n_u == 1:
         r = plan.problem.rows
         domain = angle_domain(plan.problem.arm, plan.problem.path)
         on, u = plan.problem.arm.branch_of(plan(r)), plan.u(r)[:, 0]
@@ -63,13 +67,16 @@ __all__ = [
     "draw_flow",
     "draw_joints",
     "draw_modules",
+    "draw_optimum",
     "draw_path",
     "draw_posture_interval",
     "draw_postures",
+    "draw_proof",
     "draw_sampled_joints",
     "draw_samples",
     "draw_spread",
     "draw_sweep",
+    "draw_tube",
     "draw_workspace",
     "figure",
     "figure_data",

@@ -85,7 +85,7 @@ def draw_domain(
     remark = ": empty" if not shown else "" if axes.collections else ": single postures only"
     axes.set_title(f"angle domain, {domain.self_motion.branches[branch]} elbow{remark}")
     if causes:
-        _legend_below(axes)
+        legend_below(axes)
     elif curves:
         axes.legend(loc="best", handlelength=3)
 
@@ -131,7 +131,7 @@ def _draw_events(axes: Axes, events: Sequence[Event], branch: int, window: Windo
             )  # fmt: skip
 
 
-def _legend_below(axes: Axes) -> None:
+def legend_below(axes: Axes, columns: int = 3) -> None:
     """Name lines and marks below the axis label."""
     from matplotlib.transforms import ScaledTranslation
 
@@ -139,6 +139,6 @@ def _legend_below(axes: Axes) -> None:
     if handles:
         below = axes.transAxes + ScaledTranslation(0.0, _BELOW, axes.figure.dpi_scale_trans)
         axes.legend(
-            handles, labels, loc="upper center", bbox_to_anchor=(0.43, 0.0), bbox_transform=below, ncols=3,
+            handles, labels, loc="upper center", bbox_to_anchor=(0.43, 0.0), bbox_transform=below, ncols=columns,
             handlelength=2.3, columnspacing=0.8, handletextpad=0.4, borderaxespad=0.0,
         )  # fmt: skip
