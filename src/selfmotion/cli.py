@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import shlex
 import sys
@@ -399,13 +400,14 @@ def _verdict(summary: dict[str, Any]) -> str:
     parameters = summary["parameters"]
     chosen = [f"{name} = {value:.6g}" for name, value in parameters.items() if isinstance(value, float)]
     chosen += [f"{parameters['elbow']} elbow"] if "elbow" in parameters else []
-    chosen += [parameters["stopped"]] if "stopped" in parameters else []
+    chosen += [parameters[name] for name in ("stopped", "argument") if name in parameters]
     margin = summary["min_limit_margin"]
     error = "unknown" if summary["cost_error"] is None else f"{summary['cost_error']:.0e}"
     return "\n".join(
         [
             f"solved: cost {summary['cost']:.9g} (error {error}), {summary['cost_sampled']:.9g} as a chord sum",
-            f"  {summary['planner']}, {', '.join(chosen)}; "
+            *_bound(summary),
+            f"  {', '.join([summary['planner'], *chosen])}; "
             f"{summary['evaluations']} evaluations in {summary['wall_time_s']:.2f} s",
             f"  tool within {summary['max_tracking_error']:.1e} of the path, largest joint step "
             f"{summary['max_joint_step']:.3g} rad, "
@@ -414,8 +416,29 @@ def _verdict(summary: dict[str, Any]) -> str:
     )
 
 
+def _bound(summary: dict[str, Any]) -> list[str]:
+    """Return the line that says what is proved of every other motion, if anything is."""
+    from selfmotion.certificate.verdict import verdict
+
+    cost, error, bound = (summary[name] for name in ("cost", "cost_error", "lower_bound"))
+    if bound is None:
+        return []
+    proved = verdict(cost, math.inf if error is None else error, bound)
+    gap = "unknown" if summary["gap"] is None else f"{summary['gap']:.1e}"
+    return [f"  {proved}: no motion costs less than {bound:.9g} (gap {gap})"]
+
+
 def _json(value: Any) -> str:
-    return json.dumps(value, indent=1, allow_nan=False) + "\n"
+    return json.dumps(_known(value), indent=1, allow_nan=False) + "\n"
+
+
+def _known(value: Any) -> Any:
+    """Return `value` with null for numbers that are not finite, however deep inside: JSON has none."""
+    if isinstance(value, dict):
+        return {key: _known(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_known(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 @contextmanager
@@ -433,7 +456,7 @@ def _progress(title: str) -> Iterator[Progress | None]:
         task = bar.add_task(title, total=None, best="")
 
         def report(done: int, total: int, best: float) -> None:
-            bar.update(task, completed=done, total=total or None, best=f"best {best:.6g}")
+            bar.update(task, completed=done, total=total or None, best=f"best {best:.6g}" * math.isfinite(best))
 
         yield report
 

@@ -81,6 +81,26 @@ def test_every_optimizer_of_the_registry_can_be_written_down(kind):
     assert problem_from(data).planner.optimizer.kind == kind
 
 
+def test_the_global_planner_can_be_written_down_with_or_without_its_fields():
+    for fields in ({}, {"gap": 1e-6}, {"time_limit": 5}, {"gap": 1, "time_limit": 0.5}):
+        data = {"arm": ARM, "path": {"kind": "line", **PATHS["line"]}, "planner": {"kind": "global", **fields}}
+        jsonschema.validate(data, json_schema())
+        planner = problem_from(data).planner
+        assert isinstance(planner, sm.Global)
+        assert (planner.gap, planner.time_limit) == (fields.get("gap", 1e-4), fields.get("time_limit", 60.0))
+
+
+def test_the_schema_knows_the_fields_of_the_global_planner():
+    fields = json_schema()["$defs"]["planner_global"]["properties"]
+    assert {name: field.get("default") for name, field in fields.items()} == {
+        "kind": None, "gap": 1e-4, "time_limit": 60.0,
+    }  # fmt: skip
+    for wrong in ({"gap": "1e-4"}, {"time_limit": None}, {"seed": 1}):
+        data = {"arm": ARM, "path": {"kind": "line", **PATHS["line"]}, "planner": {"kind": "global", **wrong}}
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(data, json_schema())
+
+
 def test_direction_belongs_to_the_path_section():
     arm = {"kind": "planar", "links": [7, 7, 4, 1.5]}
     path = {"kind": "circle", "center": [6, 4], "radius": 4, "direction": -1.0}
@@ -155,6 +175,12 @@ BAD = {
         "path": LINE,
         "planner": {**PLANNER, "optimizer": {"kind": "ga", "swarm": 2}},
     },
+    "planner.gap": {"arm": ARM, "path": LINE, "planner": {"kind": "global", "gap": 0.0}},
+    "planner.gap (above 1)": {"arm": ARM, "path": LINE, "planner": {"kind": "global", "gap": 2}},
+    "planner.gap (text)": {"arm": ARM, "path": LINE, "planner": {"kind": "global", "gap": "1e-4"}},
+    "planner.time_limit": {"arm": ARM, "path": LINE, "planner": {"kind": "global", "time_limit": -1}},
+    "planner.time_limit (null)": {"arm": ARM, "path": LINE, "planner": {"kind": "global", "time_limit": None}},
+    "planner.seed": {"arm": ARM, "path": LINE, "planner": {"kind": "global", "seed": 1}},
     "samples": {"arm": ARM, "path": LINE, "samples": 10**30},
     "samples (text)": {"arm": ARM, "path": LINE, "samples": "1000"},
     "objective": {"arm": ARM, "path": LINE, "objective": "fast"},
