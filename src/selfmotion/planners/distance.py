@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from selfmotion._types import FloatArray
 from selfmotion.angles import wrap
+from selfmotion.certificate.verdict import percent
 from selfmotion.errors import InfeasibleError, InvalidInputError, SelfMotionError
 from selfmotion.judgement import Sampled, Tolerances, judge, measured
 from selfmotion.mending.filling import SAME, on_path
@@ -68,10 +69,10 @@ class Distance:
             return f"distance from the best possible motion: not known{because}"
         against = f"best motion found {self.optimum:.6g}, none is below {self.lower_bound:.6g}"
         if self.gap is not None:
-            return f"at most {_percent(self.gap)} of its cost {self.cost:.6g} could be saved: {against}{because}"
+            return f"at most {percent(self.gap)} of its cost {self.cost:.6g} could be saved: {against}{because}"
         if self.gap_sampled is not None:
-            saved = f"{_percent(self.gap_sampled)} of its chord sum {self.cost_sampled:.6g}, or more, could be saved"
-            return f"{saved}: {against}{because}"
+            saved = f"at most {percent(self.gap_sampled)} of its chord sum {self.cost_sampled:.6g} could be saved"
+            return f"{saved}, and more of its cost, which is above that: {against}{because}"
         return f"distance from the best possible motion: not known; {against}{because}"
 
     def summary(self) -> dict[str, Any]:
@@ -231,7 +232,3 @@ def _with_given_ends(problem: Problem, q: FloatArray) -> FloatArray:
             near = problem.arm.solve(problem.path(r), posture.u, int(problem.arm.branch_of(q[at])))[0]
         q[at] += wrap(near - q[at])
     return q
-
-
-def _percent(part: float) -> str:
-    return f"{100.0 * part:.2g} %"
