@@ -85,11 +85,47 @@ class Blocked:
         ``"out of reach"`` or ``"joint limits"``.
     short_by : float or None
         Largest distance by which the reach falls short there, in the arm's length unit.
+    limits : tuple of str
+        What ends the last part of the self-motion that leads on from the start, such as ``"upper limit of θ1"``.
+
+    Notes
+    -----
+    Where postures exist all along the path and yet no motion does, the stretch is where it must break: from the first r
+    that some part leading to the end reaches back to, to the last one that some part leading on from the start gets to.
+    Its cause is then ``"joint limits"``, ``"limit of reach"`` or ``"start and end"``, which no part joins.
     """
 
     r: tuple[float, float]
     cause: str
     short_by: float | None = None
+    limits: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Need:
+    """By how much one joint limit would have to give for a motion to exist.
+
+    Attributes
+    ----------
+    joint : int
+        Counted from 1.
+    side : str
+        ``"lower"`` or ``"upper"``.
+    by : float
+        [rad]
+    r : float or None
+        Where along the path, if it could be told.
+    """
+
+    joint: int
+    side: str
+    by: float
+    r: float | None = None
+
+    def __str__(self) -> str:
+        where = "" if self.r is None else f" at r = {self.r:.3g}"
+        way = "below its lower" if self.side == "lower" else "above its upper"
+        return f"θ{self.joint} needs {self.by:.3g} rad more {way} limit{where}"
 
 
 class InfeasibleError(SelfMotionError):
@@ -99,21 +135,56 @@ class InfeasibleError(SelfMotionError):
     ----------
     blocked : sequence of Blocked
         The blocked stretches, in the order of the path.
+    needs : sequence of Need, optional
+        Which limits would have to give, and by how much each of them alone, the least first.
+    proof : optional
+        What was proved, and how finely; a :class:`~selfmotion.certificate.infeasibility.InfeasibilityProof`.
+    reconfigured : optional
+        The motion with the fewest reconfigurations; a :class:`~selfmotion.planners.reconfiguration.Reconfigured`.
     """
 
     status = "infeasible"
     exit_code = 3
 
-    def __init__(self, blocked: Sequence[Blocked]) -> None:
-        self.blocked = tuple(blocked)
+    def __init__(
+        self, blocked: Sequence[Blocked], needs: Sequence[Need] = (), proof: Any = None, reconfigured: Any = None
+    ) -> None:
+        self.blocked, self.needs = tuple(blocked), tuple(needs)
+        self.proof, self.reconfigured = proof, reconfigured
         worst = max(self.blocked, key=lambda part: part.r[1] - part.r[0])
         by = "" if worst.short_by is None else f" by up to {worst.short_by:.6g}"
         more = "" if len(self.blocked) == 1 else f" (the longest of {len(self.blocked)} such stretches)"
-        remedy = "move the path or the base" if worst.cause == "out of reach" else "widen the limits or move the path"
+        limits = f" ({' and '.join(worst.limits)})" if worst.limits else ""
+        remedy = "widen the limits or move the path"
+        if self.needs:
+            remedy = f"{self.needs[0]}: widen it, or move the path"
+        elif worst.cause == "out of reach":
+            remedy = "move the path or the base"
+        elif worst.cause == "start and end":
+            remedy = "ask for another start or end"
         super().__init__(
-            f"no continuous motion exists: {worst.cause}{by} for r in [{worst.r[0]:.6g}, {worst.r[1]:.6g}]{more}",
+            f"no continuous motion exists: {worst.cause}{by}{limits} for r in "
+            f"[{worst.r[0]:.6g}, {worst.r[1]:.6g}]{more}",
             remedy,
         )
+
+
+class UndecidedError(SelfMotionError):
+    """Neither a motion was found nor a proof that there is none.
+
+    Parameters
+    ----------
+    message : str
+        What was tried and how it ended.
+    remedy : str
+    why : str
+        ``"budget"``: time or memory ended before the proof did; ``"tangency"``: with limits wider by 1e-7 rad a motion
+        exists, and no computation that rounds can tell.
+    """
+
+    def __init__(self, message: str, remedy: str, why: str) -> None:
+        self.why = why
+        super().__init__(message, remedy)
 
 
 class UnrepairableError(SelfMotionError):

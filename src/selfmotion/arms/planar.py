@@ -302,9 +302,18 @@ class PlanarArm:
         turn = wrap(self.direction - self._joints(q).sum(axis=-1))
         return np.concatenate([lack, turn[..., None]], axis=-1)
 
-    def relaxed(self, slack: float) -> PlanarArm:
-        """Return the same arm with joint limits that give by `slack` [rad] on both sides."""
-        ends = zip(self.limits.lower - slack, self.limits.upper + slack, strict=True)
+    def relaxed(self, slack: ArrayLike, upper: ArrayLike | None = None) -> PlanarArm:
+        """Return the same arm with joint limits that give.
+
+        Parameters
+        ----------
+        slack : float or array_like, shape (n,)
+            By how much the lower limits give [rad].
+        upper : float or array_like, shape (n,), optional
+            The same of the upper limits; `slack` by default.
+        """
+        more = np.asarray(slack if upper is None else upper, dtype=float)
+        ends = zip(self.limits.lower - np.asarray(slack, dtype=float), self.limits.upper + more, strict=True)
         return PlanarArm(self.links, list(ends), self.direction)
 
     def u_of(self, q: ArrayLike) -> FloatArray:

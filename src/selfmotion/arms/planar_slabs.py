@@ -40,6 +40,8 @@ class PlanarSlabs:
         self.path, self.n = path, arm.n
         self._cover = PlanarCover(arm, path, elbow)
         self.wraps = self._cover.wraps
+        limits = arm.limits
+        self.one_sided = limits.limited & ~(np.isfinite(limits.lower) & np.isfinite(limits.upper))
         self._room = _MISPLACED * arm.reach
 
     def boxes(self, low: float, high: float, size: float) -> Boxes:

@@ -168,8 +168,8 @@ class RedundantArm(Protocol):
         """Return what postures lack to do their task, shape (..., tasks)."""
         ...
 
-    def relaxed(self, slack: float) -> RedundantArm:
-        """Return the same arm with joint limits that give by `slack` [rad]."""
+    def relaxed(self, slack: ArrayLike, upper: ArrayLike | None = None) -> RedundantArm:
+        """Return the same arm with joint limits that give by `slack`, upper ones by `upper` if it is given [rad]."""
         ...
 
     def solve(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, BoolArray]:

@@ -35,14 +35,19 @@ _MOST_BOXES = 3_000_000
 
 @dataclass(frozen=True)
 class Ends:
-    """What a motion may begin or end with: any posture, or the postures `q` (m, n) within `tolerance` [rad]."""
+    """What a motion may begin or end with: any posture, or the postures `q` (m, n) within `tolerance` [rad].
+
+    Joints of which `modulo` (n,) is true may have any number of turns.
+    """
 
     q: FloatArray | None = None
     tolerance: float = 0.0
+    modulo: BoolArray | None = None
 
     def among(self, boxes: Boxes, wraps: BoolArray) -> BoolArray:
         """Return which boxes hold one of the postures, shape (m,)."""
         found = np.full(len(boxes), self.q is None)
+        wraps = wraps if self.modulo is None else wraps | self.modulo
         for posture in () if self.q is None else self.q:
             found |= boxes.contain(posture, wraps, self.tolerance)
         return found

@@ -1,0 +1,152 @@
+"""Why no continuous motion exists: the proof, what blocks, and by how much the nearest limit would have to give."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+from selfmotion.arms import Cause
+from selfmotion.arms.planar_slabs import PlanarSlabs
+from selfmotion.certificate.chains import Chains, Ends
+from selfmotion.certificate.joined import earliest, ends, leads_on, parts_at_start, sheets_at_end, with_arm
+from selfmotion.certificate.needs import needs
+from selfmotion.domain import blocked_stretches
+from selfmotion.errors import Blocked, InfeasibleError, Need, UndecidedError
+from selfmotion.problem import Problem
+
+_SLACK = 1e-7  # a motion that limits wider by this allow is a matter of rounding [rad]
+_FOR_THE_PROOF = 0.5  # parts of the time that is left
+_BEYOND = (1e-4, 1e-3, 1e-2, 0.1)  # how far beyond a part's computed end it is proved to be over
+_SECONDS_PER_PART = 0.5
+_MOST_PARTS = 8
+
+
+@dataclass(frozen=True)
+class Death:
+    """Where everything ends that a connected part of the self-motion at r = 0 leads on to.
+
+    Attributes
+    ----------
+    r : tuple of float
+        From where the structure of the angle domain says so, to where it is proved that no motion from that part gets.
+    causes : tuple of str
+        What ends it, such as ``"upper limit of θ1"``.
+    """
+
+    r: tuple[float, float]
+    causes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class InfeasibilityProof:
+    """A proof that no continuous motion exists.
+
+    Attributes
+    ----------
+    argument : str
+    deaths : tuple of Death
+        One per connected part at r = 0, or per part that the start asked for may be on.
+    blocked : tuple of float
+        Where the motion must break: from the first r that the end can be got to from, to the last one that the start
+        leads to. Computed.
+    proved_within : tuple of float
+        What the proof itself says of that: no motion that could lead to the end gets beyond the second, and none that
+        could come from the start leads to the end from before the first.
+    resolution : float
+        Width in r of the narrowest slab that was needed.
+    boxes : int
+        How many were looked at.
+    seconds : float
+    """
+
+    argument: str
+    deaths: tuple[Death, ...]
+    blocked: tuple[float, float]
+    proved_within: tuple[float, float]
+    resolution: float
+    boxes: int
+    seconds: float
+
+
+def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedError | None:
+    """Prove that a problem has no continuous motion, and say why.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of a planar arm with one redundant degree. If it is cyclic the proof, if any, is one for motions that need not
+        close.
+    deadline : float
+        As :func:`time.perf_counter` tells it; half of the time is for the proof.
+
+    Returns
+    -------
+    InfeasibleError
+        If there is a proof: with the stretch that blocks, the limits that would have to give as far as time allowed,
+        and the proof.
+    UndecidedError
+        If the structure of the angle domain says that there is no motion and the proof was not completed.
+    None
+        If neither says so.
+    """
+    began = time.perf_counter()
+    blocked = blocked_stretches(problem.arm, problem.path, problem.samples, problem.elbow_branches)
+    if blocked:
+        limited = all(part.cause == "joint limits" for part in blocked)
+        return InfeasibleError(blocked, needs(problem, (), deadline) if limited else ())
+    cover = PlanarSlabs(problem.arm, problem.path, problem.elbow)  # type: ignore[arg-type]
+    start, end = ends(problem, "start"), ends(problem, "end")
+    chains = Chains(cover, start=start, end=end)
+    proof = chains.prove(began + _FOR_THE_PROOF * (deadline - began))
+    if not proof.proved:
+        return None if leads_on(problem) else _undecided(problem, proof.stopped)
+    stretch, causes = _stretch(problem)
+    result = InfeasibilityProof(
+        "no chain of overlapping boxes, which hold all postures of the slabs that the path was cut into",
+        _deaths(problem, cover, deadline), stretch.r, (proof.earliest, proof.latest), proof.resolution, proof.boxes,
+        time.perf_counter() - began,
+    )  # fmt: skip
+    wanted: list[Need] = []
+    if not leads_on(problem) and stretch.cause == "joint limits":
+        wanted = needs(problem, causes, deadline)
+    return InfeasibleError([stretch], wanted, result)
+
+
+def _stretch(problem: Problem) -> tuple[Blocked, tuple[Cause, ...]]:
+    """Return where the motion must break, and what ends the last part that leads on from the start."""
+    last, causes = problem.structure.farthest(sheets_at_end(problem, "start"))
+    first = earliest(problem, sheets_at_end(problem, "end"))
+    r = (min(first, last), max(first, last))
+    limits = any(cause.kind.endswith("limit") for cause in causes)
+    cause = "start and end" if problem.structure.is_connected else "joint limits" if limits else "limit of reach"
+    return Blocked(r, cause, None, tuple(map(str, causes))), causes
+
+
+def _deaths(problem: Problem, cover: PlanarSlabs, deadline: float) -> tuple[Death, ...]:
+    """Return where the parts at r = 0 end, and how soon after that it can be proved."""
+    found = []
+    for sheet, q in parts_at_start(problem)[:_MOST_PARTS]:
+        r, causes = problem.structure.farthest([sheet])
+        proved = 1.0
+        for beyond in _BEYOND:
+            until = min(r + beyond, 1.0)
+            limit = min(deadline, time.perf_counter() + _SECONDS_PER_PART)
+            chains = Chains(cover, 0.0, until, start=Ends(q[None], _SLACK, cover.one_sided))
+            if until < 1.0 and chains.prove(limit).proved:
+                proved = until
+                break
+        found.append(Death((r, proved), tuple(map(str, causes))))
+    return tuple(found)
+
+
+def _undecided(problem: Problem, stopped: str) -> UndecidedError:
+    """Return the error that says why the proof was not completed."""
+    if leads_on(with_arm(problem, problem.arm.relaxed(_SLACK))):
+        return UndecidedError(
+            f"no motion was found; with limits wider by {_SLACK:g} rad there is one, which rounding cannot tell apart",
+            "widen the limits a little, or move the path",
+            "tangency",
+        )
+    spent = "time" if stopped == "time" else "the number of boxes that may be looked at"
+    message = f"there seems to be no motion, but {spent} ended before it was proved"
+    return UndecidedError(message, "give more time", "budget")

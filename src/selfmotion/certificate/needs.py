@@ -1,0 +1,76 @@
+"""By how much the nearest joint limit would have to give for a motion to exist."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+
+import numpy as np
+
+from selfmotion.arms import Cause
+from selfmotion.arms.planar_slabs import PlanarSlabs
+from selfmotion.certificate.chains import Chains
+from selfmotion.certificate.joined import ends, leads_on, with_arm
+from selfmotion.errors import Need
+from selfmotion.problem import Problem
+
+_MOST = 1.0  # no limit is asked to give more [rad]
+_SHARP = 1e-3  # relative error of what a limit is said to need
+_JUST_NOT = 0.97  # part of what is needed with which the proof shows where it is needed
+_SECONDS = 0.5  # for that proof
+
+
+def needs(problem: Problem, causes: Iterable[Cause], deadline: float = np.inf) -> list[Need]:
+    """Return which limits, each widened alone, would let a motion exist.
+
+    Parameters
+    ----------
+    problem : Problem
+        Without a motion.
+    causes : sequence of Cause
+        What is known to block it: the limits to be tried first.
+    deadline : float
+        As :func:`time.perf_counter` tells it; what is found by then is returned.
+
+    Returns
+    -------
+    list of Need
+        The one that has to give least, by at most 1 rad, with its place on the path; others that were found to need as
+        little follow. From the structure of the angle domain, which is computed, not proved.
+    """
+    limits, best, found = problem.arm.limits, _MOST, []
+    sides = [(cause.joint, cause.kind.split()[0]) for cause in causes if cause.kind.endswith("limit")]
+    sides += [(joint, side) for joint in range(problem.arm.n) for side in ("lower", "upper")]
+    for joint, side in dict.fromkeys(sides):
+        if not np.isfinite((limits.lower if side == "lower" else limits.upper)[joint]):
+            continue
+        if time.perf_counter() > deadline or not leads_on(widened(problem, joint, side, best)):
+            continue
+        low, high = 0.0, best
+        while high - low > _SHARP * high and time.perf_counter() <= deadline:
+            middle = 0.5 * (low + high) if low > 0.0 else 0.25 * high
+            low, high = (low, middle) if leads_on(widened(problem, joint, side, middle)) else (middle, high)
+        best = high
+        found.append(Need(joint + 1, side, high))
+    found.sort(key=lambda need: need.by)
+    found = [need for need in found if need.by <= found[0].by * (1 + 2 * _SHARP)]
+    return [Need(need.joint, need.side, need.by, _place(problem, need, deadline)) for need in found]
+
+
+def widened(problem: Problem, joint: int, side: str, by: float) -> Problem:
+    """Return the problem with one limit of a joint, counted from 0, wider by `by` [rad]."""
+    one = by * (np.arange(problem.arm.n) == joint)
+    lower, upper = (one, 0.0 * one) if side == "lower" else (0.0 * one, one)
+    return with_arm(problem, problem.arm.relaxed(lower, upper))
+
+
+def _place(problem: Problem, need: Need, deadline: float) -> float | None:
+    """Return where the passage is that opens: a proof for a little less has to look there most closely."""
+    nearly = widened(problem, need.joint - 1, need.side, _JUST_NOT * need.by)
+    cover = PlanarSlabs(nearly.arm, nearly.path, nearly.elbow)  # type: ignore[arg-type]
+    chains = Chains(cover, start=ends(nearly, "start"), end=ends(nearly, "end"))
+    if not chains.prove(min(deadline, time.perf_counter() + _SECONDS)).proved:
+        return None
+    widths = np.array([slab.high - slab.low for slab in chains.slabs[1:-1]])
+    middles = np.array([0.5 * (slab.high + slab.low) for slab in chains.slabs[1:-1]])
+    return float(np.median(middles[widths <= 1.01 * widths.min()]))
