@@ -374,14 +374,14 @@ def _failure(error: SelfMotionError) -> dict[str, Any]:
     """Return the result object of a run that ended without a motion."""
     from selfmotion.plans import result_object
 
-    blocked = [_blocked(part) for part in error.blocked] if isinstance(error, InfeasibleError) else None
+    found = _infeasibility(error) if isinstance(error, InfeasibleError) else {}
     details = {
         "message": error.message,
         "remedy": error.remedy,
         "file": getattr(error, "source", None),
         "field": getattr(error, "field", None) or None,
     }
-    return result_object(status=error.status, blocked=blocked, error=details)
+    return result_object(status=error.status, **found, error=details)
 
 
 def _report_error(error: SelfMotionError, as_json: bool) -> int:
@@ -393,7 +393,22 @@ def _report_error(error: SelfMotionError, as_json: bool) -> int:
 
 
 def _blocked(part: Any) -> dict[str, Any]:
-    return {"r": list(part.r), "cause": part.cause, "short_by": part.short_by}
+    return {"r": list(part.r), "cause": part.cause, "short_by": part.short_by, "limits": list(part.limits)}
+
+
+def _infeasibility(error: InfeasibleError) -> dict[str, Any]:
+    """Return what is known of a problem without a motion."""
+    from dataclasses import asdict
+
+    found: dict[str, Any] = {"blocked": [_blocked(part) for part in error.blocked]}
+    found["needs"] = [asdict(need) for need in error.needs]
+    found["proof"] = None if error.proof is None else asdict(error.proof)
+    if error.reconfigured is not None:
+        breaks = error.reconfigured.breaks
+        found["reconfigurations"] = len(breaks)
+        found["breaks"] = [{"r": part.r, "r_range": list(part.r_range), "travel": part.travel} for part in breaks]
+        found["l1_travel"] = error.reconfigured.l1_travel
+    return found
 
 
 def _verdict(summary: dict[str, Any]) -> str:
