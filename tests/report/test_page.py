@@ -65,7 +65,8 @@ def test_the_page_says_what_the_markdown_says(page, files):
     shown = " ".join("".join(page.text).split())
     results = json.loads(files["results.json"])
     sentences = [sentence for name in seed_runs.CASES for sentence in verdict.on_seeds(results, name)]
-    for sentence in [*sentences, verdict.on_modules(results)]:
+    shortest = [verdict.on_chords(results), *(verdict.on_shortest(results, name) for name in results["shortest"])]
+    for sentence in [*sentences, verdict.on_modules(results), *shortest]:
         assert " ".join(sentence.replace("**", "").split()) in shown
 
 

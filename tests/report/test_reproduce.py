@@ -5,7 +5,7 @@ import json
 import pytest
 
 from selfmotion.errors import InvalidInputError
-from selfmotion.report import Study, cases, file_names, reproduce, seed_3r, seed_6r, seed_runs
+from selfmotion.report import Study, cases, file_names, reproduce, seed_3r, seed_6r, seed_runs, seed_shortest
 from selfmotion.report.figures import FIGURES
 
 
@@ -18,7 +18,8 @@ def test_it_writes_what_it_announces(files):
 
 def test_the_same_command_gives_the_same_bytes_whatever_the_number_of_processes(study, files, results, options):
     other = Study(seed=1, seeds=3, workers=2)
-    other.six = study.six  # takes long, is planned in one process anyway, and planners have tests of their own
+    # These take long, are planned in one process anyway, and planners have tests of their own.
+    other.six, other.shortest = study.six, study.shortest
     again = reproduce(other, options)
     for name in files:
         if name.endswith((".png", ".svg")) or name.removesuffix(".json") in FIGURES:
@@ -57,6 +58,8 @@ def test_one_figure_alone_is_that_of_the_whole_report(files, study, name):
         ("fig15_evolution", {"runs fixed base"}),
         ("seeds_spread_modules", {"runs fixed base", "runs moving base"}),
         ("fig17b_true", {"plans absolute"}),
+        ("shortest_motions", {"answer 3R", "answer fixed base", "answer moving base", "shortest"}),
+        ("shortest_proof", {"answer 3R", "answer fixed base", "answer moving base"}),
     ],
 )
 def test_one_figure_runs_only_what_it_needs(monkeypatch, study, name, needs):
@@ -68,6 +71,9 @@ def test_one_figure_runs_only_what_it_needs(monkeypatch, study, name, needs):
     monkeypatch.setattr(seed_3r, "plans", noting(lambda *_: "plans", lambda *_: study.three.plans))
     monkeypatch.setattr(seed_6r, "plans", noting(lambda one, *_: f"plans {one}", lambda one, *_: study.six.plans[one]))
     monkeypatch.setattr(seed_6r, "whole_arm", noting(lambda *_: "whole arm", lambda *_: study.six.whole_arm))
+    answers, shortest = study.shortest.answers, study.shortest.without_limits
+    monkeypatch.setattr(seed_shortest, "answer", noting(lambda one, *_: f"answer {one}", lambda one, *_: answers[one]))
+    monkeypatch.setattr(seed_shortest, "shortest", noting(lambda *_: "shortest", lambda *_: shortest))
     monkeypatch.setattr(
         seed_runs, "many_seeds", noting(lambda one, *_: f"runs {one}", lambda one, *_: study.cases[one].runs)
     )

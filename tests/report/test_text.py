@@ -96,6 +96,10 @@ def test_a_number_that_is_shown_cannot_be_missing(results, best):
             for counted in seed_6r.READINGS:
                 for kind in ("sampled", "integral"):
                     assert ("six", "sums", searched, label, counted, kind) in shown
+    for name in results["shortest"]:
+        proved = {("shortest", name, kind, key) for kind in ("shortest", "free") for key in ("cost", "lower_bound")}
+        families = {("shortest", name, kind, "cost") for kind in ("sinusoid", "harmonics", "spline")}
+        assert proved | families | {("shortest", name, "start")} <= shown
     assert len(shown) > 300
 
 
@@ -263,3 +267,57 @@ def test_verdict_on_what_modules_cost(results):
     assert "the modules pay 9.0000, and 2.0000 would do from the same start posture, 1.5000 from the best" in text
     six["motion"]["cost"] = 7.5
     assert "Nothing shorter was found" in verdict.on_modules(results)
+
+
+@pytest.fixture
+def answered(results):
+    """The 3R case as it may be answered: printed 4.84829399 at least, and 5.2775 by the best sinusoid."""
+    found = results["shortest"]["3R"]
+    found["sinusoid"]["cost"] = 5.2775112
+    found["shortest"].update(cost=4.8894466, cost_error=3e-12, lower_bound=4.88903987)
+    found["free"].update(cost=4.65, cost_error=3e-12, lower_bound=4.64)
+    return results
+
+
+def test_verdict_on_a_printed_value_below_the_bound(answered):
+    text = verdict.on_shortest(answered, "3R")
+    assert "**3R: 5.2775 → 4.8894, proved within 0.0084 % of the best possible.**" in text
+    assert "costs 7.9 % more" in text
+    assert "The printed F = 4.84829 cannot be attained from the printed data:" in text
+    assert "u = 0.3 costs at least 4.8890, which is more by 0.041." in text
+    assert "From another start it could: the shortest motion of all costs 4.6500." in text
+    answered["shortest"]["3R"]["free"].update(cost=4.9, lower_bound=4.89999)
+    assert "Nor from any other start: there nothing costs less than 4.8999." in verdict.on_shortest(answered, "3R")
+    answered["shortest"]["3R"]["free"].update(lower_bound=4.8)
+    assert verdict.on_shortest(answered, "3R").endswith("which is more by 0.041.")
+
+
+def test_verdict_on_a_printed_value_above_the_bound(answered):
+    answered["shortest"]["3R"]["shortest"].update(cost=4.848, lower_bound=4.847)
+    text = verdict.on_shortest(answered, "3R")
+    assert "cannot be attained" not in text
+    assert "does not rule out the printed F = 4.84829: there are motions that cost less." in text
+    assert "none of the paper's sinusoids does: by the dense scan they cost at least 5.2775." in text
+    answered["cases"]["3R"]["scan"]["fitness"] = 4.8
+    assert "none of" not in verdict.on_shortest(answered, "3R")
+
+
+def test_bounds_are_rounded_down_and_distances_up(answered):
+    row = next(
+        row
+        for row in report_text({**answered, "run": {"options": "", "wall_time_s": 0.0}}).splitlines()
+        if row.startswith("| 3R | u = 0.3 |")
+    )
+    assert row.endswith("| 4.889447 | 4.889039 | 0.0084 % |")
+    answered["shortest"]["3R"]["shortest"].update(lower_bound=4.8890399999)
+    text = report_text({**answered, "run": {"options": "", "wall_time_s": 0.0}})
+    assert "| 4.889447 | 4.889039 | 0.0084 % |" in text
+
+
+def test_chord_sums_are_as_far_off_as_the_farthest(answered):
+    for found in answered["shortest"].values():
+        for one in found.values():
+            if isinstance(one, dict):
+                one["cost_sampled"] = one["cost"]
+    answered["shortest"]["moving base"]["free"]["cost_sampled"] -= 3e-4
+    assert "less by 3e-04 at most" in verdict.on_chords(answered)

@@ -9,6 +9,7 @@ import numpy as np
 
 from selfmotion._checks import choice
 from selfmotion.certificate.result import Certificate
+from selfmotion.plot.domain import legend_below
 from selfmotion.plot.style import COLORS, DASHES
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def draw_proof(axes: Axes, proofs: Mapping[str, Certificate], against: Literal["
     axes.set_ylabel("(cost − bound)/bound")
     axes.grid(axis="y", color="#e4e4e4", linewidth=0.5)
     axes.set_axisbelow(True)
-    axes.legend(loc="best", handlelength=3)
+    legend_below(axes, columns=2)
 
 
 def _label_decades(axes: Axes) -> None:

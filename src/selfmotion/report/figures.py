@@ -1,4 +1,4 @@
-"""Every figure of the report. A new one is one entry in `FIGURES_3R` or `FIGURES_6R`, by its study."""
+"""Every figure of the report. A new one is one entry in the `FIGURES_…` of its study."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.report.figure import ReportFigure
 from selfmotion.report.figures_3r import FIGURES_3R
 from selfmotion.report.figures_6r import FIGURES_6R
+from selfmotion.report.figures_shortest import FIGURES_SHORTEST
 
-FIGURES = {figure.name: figure for figure in (*FIGURES_3R, *FIGURES_6R)}
+FIGURES = {figure.name: figure for figure in (*FIGURES_3R, *FIGURES_6R, *FIGURES_SHORTEST)}
 """The report's figures by name, in its order."""
 
 

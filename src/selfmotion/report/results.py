@@ -11,6 +11,7 @@ from selfmotion._version import __version__
 from selfmotion.report import cases, seed_runs
 from selfmotion.report.results_3r import case_of_3r, results_of_3r
 from selfmotion.report.results_6r import cases_of_6r, results_of_6r
+from selfmotion.report.results_shortest import results_of_shortest
 from selfmotion.report.study import Study
 
 PACKAGES = ("selfmotion", "numpy", "scipy", "matplotlib")
@@ -41,6 +42,7 @@ def results_of(study: Study) -> dict[str, Any]:
             for runs in rows.values()
         ),
         "six": results_of_6r(study),
+        "shortest": results_of_shortest(study),
         "machine": {
             "processor": platform.machine(),
             "cpus": os.cpu_count(),

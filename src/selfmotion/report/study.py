@@ -7,10 +7,11 @@ from selfmotion.report import seed_runs
 from selfmotion.report.case_study import CaseStudy
 from selfmotion.report.study_3r import Study3R
 from selfmotion.report.study_6r import Study6R
+from selfmotion.report.study_shortest import StudyShortest
 
 
 class Study:
-    """The paper's study: of the 3R arm, of the optimizers on every case, and of the 6R arm.
+    """The paper's study: of the 3R arm, of the optimizers on every case, of the 6R arm, and what the least F is.
 
     Parameters
     ----------
@@ -29,6 +30,7 @@ class Study:
         Name to `CaseStudy`: the optimizers over many seeds.
     three : Study3R
     six : Study6R
+    shortest : StudyShortest
     """
 
     def __init__(self, seed: int = 1, seeds: int = 30, workers: int = 1, progress: Progress | None = None) -> None:
@@ -37,3 +39,4 @@ class Study:
         self.cases = {name: CaseStudy(name, seed, seeds, workers, progress) for name in seed_runs.CASES}
         self.three = Study3R(seed, progress)
         self.six = Study6R(seed, progress)
+        self.shortest = StudyShortest(self.cases, seed, progress)

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from importlib import resources
 from typing import Any
 
+from selfmotion.certificate.verdict import percent, proved_within
 from selfmotion.report import seed_3r, seed_6r, seed_runs, verdict
 from selfmotion.report.cases import COMPARED, IN_TABLE
 from selfmotion.report.figure import ReportFigure
 from selfmotion.report.figures import FIGURES
 from selfmotion.report.results import PACKAGES
+from selfmotion.report.seed_shortest import QUESTIONS
+
+_SCALE = 10**6  # bounds are rounded down to six decimals
 
 
 def report_text(results: dict[str, Any]) -> str:
@@ -38,6 +43,9 @@ def report_text(results: dict[str, Any]) -> str:
         sum_rows="\n".join(_sum_rows(results)),
         motion_rows="\n".join(_motion_rows(six)),
         on_modules=verdict.on_modules(results),
+        shortest_rows="\n".join(_shortest_rows(results)),
+        on_shortest=_bullets([verdict.on_shortest(results, name) for name in QUESTIONS]),
+        on_chords=verdict.on_chords(results),
         figures="\n\n".join(_figure(figure, results) for figure in FIGURES.values()),
         versions_line=", ".join(f"{name} {results['versions'][name]}" for name in PACKAGES),
     )
@@ -106,6 +114,23 @@ def _motion_rows(six: dict[str, Any]) -> list[str]:
         )
         for name, motion in motions.items()
     ]
+
+
+def _shortest_rows(results: dict[str, Any]) -> list[str]:
+    """Return what the shortest motions cost, and the best of some families: from the printed start, and from any."""
+    rows = []
+    for name in QUESTIONS:
+        found = results["shortest"][name]
+        printed = f"{verdict.least_printed(results, name):.6g}"
+        families = [f"{found[kind]['cost']:.6f}" for kind in ("sinusoid", "harmonics", "spline")]
+        rows.append(_row(name, f"u = {found['start']:g}", printed, *families, *_proved(found["shortest"])))
+        rows.append(_row(name, "any", *["–"] * (1 + len(families)), *_proved(found["free"])))
+    return rows
+
+
+def _proved(motion: dict[str, Any]) -> list[str]:
+    cost, error, bound = motion["cost"], motion["cost_error"], motion["lower_bound"]
+    return [f"{cost:.6f}", f"{math.floor(bound * _SCALE) / _SCALE:.6f}", percent(proved_within(cost, error, bound))]
 
 
 def _bullets(sentences: list[str]) -> str:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping
 from typing import Any
 
+from selfmotion.certificate.verdict import verdict as proved
 from selfmotion.plot.evolution import FLOOR
 from selfmotion.report.cases import RIVALS
+from selfmotion.report.seed_shortest import QUESTIONS, Answer
 
+_FOUR = 10**4
 _AS_PRINTED = 1e-4
 """Printed values have four decimals or more: what differs by more does not follow from the same data."""
 
@@ -52,6 +56,51 @@ def on_modules(results: dict[str, Any]) -> str:
         f"the modules pay {modules - floor:.4f}, and {start - floor:.4f} would do from the same start posture, "
         f"{free - floor:.4f} from the best one. Modules whose moving base is chosen too pay {moving - floor:.4f}."
     )
+
+
+def least_printed(results: dict[str, Any], name: str) -> float:
+    """Return the least F that the paper prints of a case."""
+    lines = results["cases"][name]["table"].values()
+    return min(line["printed"]["fitness"] for line in lines if line["printed"])
+
+
+def on_shortest(results: dict[str, Any], name: str) -> str:
+    """Return how good the best sinusoid of a case is, and whether a motion can cost what is printed."""
+    found, printed = results["shortest"][name], least_printed(results, name)
+    sinusoid, best, free = found["sinusoid"]["cost"], found["shortest"], found["free"]
+    said = proved(best["cost"], best["cost_error"], best["lower_bound"], sinusoid)
+    above = f"{100 * (sinusoid / best['cost'] - 1):.1f} %"
+    answer = f"**{name}: {said}.** The best sinusoid costs {above} more than the shortest motion from its start. "
+    if best["lower_bound"] > printed:
+        answer += (
+            f"**The printed F = {printed:.6g} cannot be attained from the printed data:** every continuous motion that "
+            f"starts at u = {found['start']:g} costs at least {_down(best['lower_bound'])}, which is more by "
+            f"{best['lower_bound'] - printed:.3f}."
+        )
+        if free["cost"] < printed:
+            answer += f" From another start it could: the shortest motion of all costs {free['cost']:.4f}."
+        elif free["lower_bound"] > printed:
+            answer += f" Nor from any other start: there nothing costs less than {_down(free['lower_bound'])}."
+        return answer
+    answer += f"The bound does not rule out the printed F = {printed:.6g}: there are motions that cost less."
+    if (least := results["cases"][name]["scan"]["fitness"]) - printed > _AS_PRINTED:
+        answer += f" But none of the paper's sinusoids does: by the dense scan they cost at least {least:.4f}."
+    return answer
+
+
+def on_chords(results: dict[str, Any]) -> str:
+    """Return how far the chord sums that the paper prints may be from the integrals that are bounded."""
+    motions = [results["shortest"][name][kind] for name in QUESTIONS for kind in Answer._fields]
+    most = max(motion["cost"] - motion["cost_sampled"] for motion in motions)
+    return (
+        "Costs and bounds here are those of F as an integral. The paper's F is a chord sum over its samples, which for "
+        f"these motions is less by {most:.0e} at most."
+    )
+
+
+def _down(bound: float) -> str:
+    """Return a lower bound with four decimals, never too large."""
+    return f"{math.floor(bound * _FOUR) / _FOUR:.4f}"
 
 
 def _found(results: dict[str, Any], case: dict[str, Any]) -> str:
