@@ -95,7 +95,8 @@ class Plan:
         """Take over what was proved of every motion's cost."""
         self.certificate = certificate
         self.lower_bound = certificate.bound
-        self.gap = (self.cost + self.cost_error - certificate.bound) / self.cost
+        left = self.cost + self.cost_error - certificate.bound
+        self.gap = left / self.cost if self.cost > 0.0 else 0.0 if left <= 0.0 else np.inf
 
     def __repr__(self) -> str:
         return f"Plan({self.planner}, cost={self.cost:.9g} ± {self.cost_error:.1g})"

@@ -1,11 +1,11 @@
-"""Covers of the self-motion of three links by cells, on plain arrays; :mod:`selfmotion.arms.planar_cover` explains them.
+"""Covers of the self-motion of three links by cells, on plain arrays; :mod:`selfmotion.arms.planar_cover` says why.
 
 Directions φ1, φ2, φ3 of the links close the loop ``Σ l_m e(φ_m) = x``. Along the self-motion they move like
 
     t = (sin(φ3 − φ2)/l1, sin(φ1 − φ3)/l2, sin(φ2 − φ1)/l3),
 
-and *chart* i takes φ_i as its parameter, with the sign of t_i telling its two solutions apart. A piece is a chart, a sign
-and an interval of φ_i. Everything is enclosed: an interval is a middle and a radius, and radii are padded for rounding.
+and *chart* i takes φ_i as its parameter, with the sign of t_i telling its two solutions apart. A piece is a chart, a
+sign and an interval of φ_i. Everything is enclosed: an interval is a middle and a radius, and radii are padded for rounding.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def others(chart: int) -> tuple[int, int]:
 
 @kernel
 def bend(near: float, far: float, d: float) -> float:
-    """Return the angle in a triangle of sides `near`, d between those two, `far` being opposite; all digits at folds."""
+    """Return the angle in a triangle between sides `near` and d, `far` being opposite; all digits at folds."""
     top = max((far - d + near) * (far + d - near), 0.0)
     bottom = max((d + near - far) * (d + near + far), 0.0)
     return 2.0 * np.arctan2(np.sqrt(top), np.sqrt(bottom))
@@ -170,7 +170,9 @@ def classify(
         for m in range(3):
             if m != chart:
                 fastest = (abs(t[m, 0]) + t[m, 1]) / slowest
-                room = fastest * half * (1.0 + PAD) + PAD * (1.0 + (np.hypot(x, y) + links.sum()) / (links[m] * slowest * links[chart]))
+                room = fastest * half * (1.0 + PAD) + PAD * (
+                    1.0 + (np.hypot(x, y) + links.sum()) / (links[m] * slowest * links[chart])
+                )
                 if room < radius[m]:
                     middle[m], radius[m] = exact[m], room
         speeds(links, middle, radius, t, dt)
@@ -241,8 +243,8 @@ def cover(
 ) -> int:  # fmt: skip
     """Cover pieces of the self-motion at one task point by cells no longer than `spacing`; return how many there are.
 
-    Row k of a, b (m, n) is the ends of cell k, of dev its room, of pieces (m, 4) its chart, sign and interval; origin (m,)
-    is the piece that it is a part of. With more cells than rows, the count goes on and nothing more is written.
+    Row k of a, b (m, n) is the ends of cell k, of dev its room, of pieces (m, 4) its chart, sign and interval, and
+    origin (m,) the piece that it is a part of. With more cells than rows, the count goes on and nothing more is written.
     Joint j may lie in windows[first[j]:first[j + 1]]; near (p, n) are angles whose turns are kept if `only_near`.
     """
     n = a.shape[1]
@@ -309,7 +311,13 @@ def cover(
                 else:
                     box[j, 0], box[j, 1] = min(qa[j], qb[j]) - room[j], max(qa[j], qb[j]) + room[j]
                     many[j] = choices(
-                        box[j, 0], box[j, 1], windows[first[j] : first[j + 1]], near[p, j], only_near, shift[j], chosen[j]
+                        box[j, 0],
+                        box[j, 1],
+                        windows[first[j] : first[j + 1]],
+                        near[p, j],
+                        only_near,
+                        shift[j],
+                        chosen[j],
                     )
                 nothing = nothing or many[j] == 0
             if nothing:
@@ -318,8 +326,8 @@ def cover(
             while True:
                 was = count
                 count = emit(
-                    links, x, y, direction, chart, sign, low, high, qa, qb, room, error, kind == SPLIT, pick, shift, chosen,
-                    windows, first, a, b, dev, pieces, count, capacity,
+                    links, x, y, direction, chart, sign, low, high, qa, qb, room, error, kind == SPLIT, pick, shift,
+                    chosen, windows, first, a, b, dev, pieces, count, capacity,
                 )  # fmt: skip
                 if was < count <= capacity:
                     origin[was] = p

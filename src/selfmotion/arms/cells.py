@@ -1,11 +1,9 @@
-"""Cells: pieces of self-motions, each enclosed between two postures and a bound on how far it strays from their chord."""
+"""Cells: pieces of self-motions, each between two postures and within a bound of their chord."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Protocol
-
-import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray, IntArray
 
@@ -40,16 +38,28 @@ class Cells:
 
 
 class Cover(Protocol):
-    """All that the certificate knows of an arm: its self-motion at any task point, in cells."""
+    """All that a lower bound knows of an arm: its self-motion at any task point, in cells."""
 
     n: int
     wraps: BoolArray
     """Joints that are angles modulo 2π, shape (n,)."""
 
-    def cells(self, r: float, spacing: float) -> Cells:
-        """Return cells, no longer than `spacing`, that hold every feasible posture at r."""
+    def cells(self, x: FloatArray, spacing: float) -> Cells:
+        """Return cells that hold every feasible posture at a task point.
+
+        Parameters
+        ----------
+        x : array, shape (2,)
+            The task point.
+        spacing : float
+            About how long cells may be, joint by joint [rad].
+        """
         ...
 
-    def split(self, r: float, cells: Cells, spacing: FloatArray) -> Cells:
-        """Return cells no longer than `spacing` (m,) that hold every feasible posture of the given ones."""
+    def split(self, x: FloatArray, cells: Cells, spacing: FloatArray) -> Cells:
+        """Return cells of about `spacing` (m,) that hold every feasible posture of the given ones at x."""
+        ...
+
+    def points(self, q: FloatArray, turned: bool) -> Cells:
+        """Return cells that are postures q (m, n) alone; if `turned`, in every turn that the limits allow."""
         ...

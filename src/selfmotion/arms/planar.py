@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -9,10 +11,15 @@ from selfmotion._checks import LARGEST, branch_index, finite_array, number, read
 from selfmotion._types import BoolArray, FloatArray, IntArray, Limits, Vector
 from selfmotion.angles import TAU, wrap
 from selfmotion.arms._kernels import planar_ik, planar_rates
+from selfmotion.arms.cells import Cover
 from selfmotion.arms.limits import JointBox, JointLimits
 from selfmotion.arms.planar_self_motion import PlanarLine, PlanarSelfMotion
 from selfmotion.arms.radii import Radii, radii_of
+from selfmotion.arms.slabs import SlabCover
 from selfmotion.errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from selfmotion.paths import Path
 
 MAX_LINKS = 1000
 # Beyond this ratio of lengths a link is lost in the rounding of another.
@@ -395,6 +402,42 @@ class PlanarArm:
         """
         self._one_redundant_degree("the angle domain needs")
         return PlanarSelfMotion(self)
+
+    def cover(self, elbow: str = "any") -> Cover:
+        """Return what covers the self-motion of an arm with one redundant degree by cells.
+
+        Parameters
+        ----------
+        elbow : {"any", "positive", "negative"}
+
+        Raises
+        ------
+        InvalidInputError
+            If the arm has another degree of redundancy.
+        """
+        from selfmotion.arms.planar_cover import PlanarCover  # compiled kernels, which few need
+
+        self._one_redundant_degree("a cover needs")
+        return PlanarCover(self, elbow)
+
+    def slabs(self, path: Path, elbow: str = "any") -> SlabCover:
+        """Return what covers the postures along parts of a path by boxes, for one redundant degree.
+
+        Parameters
+        ----------
+        path : Path
+            One that bounds its speed.
+        elbow : {"any", "positive", "negative"}
+
+        Raises
+        ------
+        InvalidInputError
+            If the arm has another degree of redundancy.
+        """
+        from selfmotion.arms.planar_slabs import PlanarSlabs  # compiled kernels, which few need
+
+        self._one_redundant_degree("slabs need")
+        return PlanarSlabs(self, path, elbow)
 
     def radii(self) -> Radii:
         """Return R_max, R*_min and the co-regular radii of an arm with one redundant degree, (9) and (10).

@@ -8,7 +8,7 @@ excludes it; so every feasible posture is in a cell of the chart in which it mov
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import pairwise, product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,18 +20,23 @@ from selfmotion.arms.cells import Cells
 
 if TYPE_CHECKING:
     from selfmotion.arms.planar import PlanarArm
-    from selfmotion.paths import Path
 
 _ROOTS = 16  # pieces that each chart's circle is looked at in first
 _NARROWEST = 1e-7  # a piece this narrow that is still not understood becomes a cell as it is [rad]
-_OVERRUN = 1e-9
+_OVERRUN = 1e-9  # of limits, which verification allows [rad]
 
 
 class PlanarCover:
-    """Cells of a planar arm along a path."""
+    """Cells of a planar arm with one redundant degree; see :class:`~selfmotion.arms.cells.Cover`.
 
-    def __init__(self, arm: PlanarArm, path: Path, elbow: str = "any") -> None:
-        self.arm, self.path, self.n = arm, path, arm.n
+    Parameters
+    ----------
+    arm : PlanarArm
+    elbow : {"any", "positive", "negative"}
+    """
+
+    def __init__(self, arm: PlanarArm, elbow: str = "any") -> None:
+        self.n = arm.n
         self.offset, self.direction = arm.annulus[0], 0.0 if arm.direction is None else arm.direction
         self.links = np.ascontiguousarray(arm.links[:3])
         windows = [_windows(arm, elbow, j) for j in range(arm.n)]
@@ -40,19 +45,21 @@ class PlanarCover:
         flat = [pair for w in windows for pair in w]
         self.windows = np.array(flat, float).reshape(-1, 2) + np.array([-_OVERRUN, _OVERRUN])
         edges = np.linspace(-np.pi, np.pi, _ROOTS + 1)
-        roots = [(c, s, lo, hi) for c in range(3) for s in (1.0, -1.0) for lo, hi in zip(edges[:-1], edges[1:])]
+        roots = [(c, s, lo, hi) for c in range(3) for s in (1.0, -1.0) for lo, hi in pairwise(edges)]
         self.roots = np.array(roots)
 
-    def cells(self, r: float, spacing: float) -> Cells:
-        return self._cover(r, self.roots, np.zeros((len(self.roots), self.n)), False, np.full(len(self.roots), spacing))
+    def cells(self, x: FloatArray, spacing: float) -> Cells:
+        """Return cells that hold every feasible posture at x."""
+        return self._cover(x, self.roots, np.zeros((len(self.roots), self.n)), False, np.full(len(self.roots), spacing))
 
-    def split(self, r: float, cells: Cells, spacing: FloatArray) -> Cells:
-        return self._cover(r, cells.pieces, 0.5 * (cells.a + cells.b), True, spacing)
+    def split(self, x: FloatArray, cells: Cells, spacing: FloatArray) -> Cells:
+        """Return cells of about `spacing` that hold every feasible posture of the given ones at x."""
+        return self._cover(x, cells.pieces, 0.5 * (cells.a + cells.b), True, spacing)
 
-    def points(self, q: FloatArray) -> Cells:
-        """Return cells that are postures q (m, n) alone, in every turn that the limits allow."""
-        found = []
-        for posture in q:
+    def points(self, q: FloatArray, turned: bool) -> Cells:
+        """Return cells that are postures q (m, n) alone; if `turned`, in every turn that the limits allow."""
+        found = [] if turned else [tuple(posture) for posture in q]
+        for posture in q if turned else []:
             options = []
             for j in range(self.n):
                 mine = self.windows[self.first[j] : self.first[j + 1]]
@@ -66,8 +73,10 @@ class PlanarCover:
         pieces = np.full((len(a), 4), -1.0)
         return Cells(a, a.copy(), np.full(a.shape, _OVERRUN), pieces, np.zeros(len(a), np.int64))
 
-    def _cover(self, r: float, pieces: FloatArray, near: FloatArray, only_near: bool, spacing: FloatArray) -> Cells:
-        x, y = self.path(r) - self.offset
+    def _cover(
+        self, point: FloatArray, pieces: FloatArray, near: FloatArray, only_near: bool, spacing: FloatArray
+    ) -> Cells:
+        x, y = point - self.offset
         capacity = max(64, 3 * len(pieces))
         while True:
             a, b, dev = (np.empty((capacity, self.n)) for _ in range(3))
@@ -88,10 +97,15 @@ def _windows(arm: PlanarArm, elbow: str, joint: int) -> list[tuple[float, float]
     A joint with a limit on one side is one: by whole turns any motion gets away from it.
     """
     low, high = float(arm.limits.lower[joint]), float(arm.limits.upper[joint])
-    two_sided = np.isfinite(low) and np.isfinite(high)
-    boxes = [(float(box.lower[joint]), float(box.upper[joint])) for box in arm.boxes(elbow)]
-    if two_sided:
-        return sorted(set(boxes))
-    if joint == 1 and elbow != "any":  # all half turns are alike; one may be cut by the limit
+    if not (np.isfinite(low) and np.isfinite(high)):
+        if joint != 1 or elbow == "any":
+            return []
+        # All half turns are alike; one may be cut by the limit.
+        boxes = [(float(box.lower[joint]), float(box.upper[joint])) for box in arm.boxes(elbow)]
         return [max(boxes, key=lambda box: box[1] - box[0])]
-    return []
+    if joint != 1 or elbow == "any":
+        return [(low, high)]
+    first = 0.0 if elbow == "positive" else -np.pi
+    turns = range(int(np.floor((low - first - np.pi) / TAU)), int(np.ceil((high - first) / TAU)) + 1)
+    halves = [(max(low, first + TAU * k), min(high, first + np.pi + TAU * k)) for k in turns]
+    return [(one, two) for one, two in halves if one <= two]

@@ -38,7 +38,7 @@ class PlanarSlabs:
 
     def __init__(self, arm: PlanarArm, path: Path, elbow: str = "any") -> None:
         self.path, self.n = path, arm.n
-        self._cover = PlanarCover(arm, path, elbow)
+        self._cover = PlanarCover(arm, elbow)
         self.wraps = self._cover.wraps
         limits = arm.limits
         self.one_sided = limits.limited & ~(np.isfinite(limits.lower) & np.isfinite(limits.upper))

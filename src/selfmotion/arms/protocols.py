@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 from numpy.typing import ArrayLike
 
 from selfmotion._types import BoolArray, FloatArray, IntArray
+from selfmotion.arms.cells import Cover
 from selfmotion.arms.limits import JointBox, JointLimits
+from selfmotion.arms.slabs import SlabCover
 from selfmotion.intervals import IntervalSet
+
+if TYPE_CHECKING:
+    from selfmotion.paths import Path
 
 
 class Cause(NamedTuple):
@@ -206,6 +211,14 @@ class RedundantArm(Protocol):
 
     def line(self, u0: ArrayLike, direction: ArrayLike) -> Any:
         """Return the postures along u0 + s·direction."""
+        ...
+
+    def cover(self, elbow: str = "any") -> Cover:
+        """Return the cells of the self-motion, for one redundant degree; else raise InvalidInputError."""
+        ...
+
+    def slabs(self, path: Path, elbow: str = "any") -> SlabCover:
+        """Return boxes of the postures along parts of a path, for one redundant degree."""
         ...
 
     def self_motion(self) -> SelfMotion:

@@ -62,6 +62,8 @@ class SlabCover(Protocol):
     n: int
     wraps: BoolArray
     """Joints that are angles modulo 2π, shape (n,)."""
+    one_sided: BoolArray
+    """Those of them that do have a limit, on one side, shape (n,)."""
 
     def boxes(self, low: float, high: float, size: float) -> Boxes:
         """Return boxes that hold every feasible posture at every r in [low, high].

@@ -2,8 +2,8 @@
 
 :mod:`selfmotion.certificate.tube` says what the arrays are, docs/mathematics why the result is a bound. What carries
 the proof is :func:`shortfall` with :func:`pair`, and the tests that let a pair be skipped, :func:`is_far` with
-:func:`distance` and :func:`blocks_of`; everything else only makes it sharp. Work arrays are handed down, since allocating them costs more
-than using them.
+:func:`distance` and :func:`blocks_of`; everything else only makes it sharp. Work arrays are handed down, since
+allocating them costs more than using them.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def best_along(
     kind: int, h: float, w: FloatArray, y: FloatArray, a: FloatArray, step: FloatArray, va: float, vb: float,
     first: float, last: float, d: FloatArray, g: FloatArray, bend: FloatArray,
 ) -> tuple[float, float]:  # fmt: skip
-    """Minimise ``(1 − s) va + s vb + c(y − a − s·step; h)`` over s in [first, last]; return the least value and its s."""
+    """Minimise ``(1 − s) va + s vb + c(y − a − s·step; h)`` over s in [first, last]; return value and s."""
     n = len(y)
     best, at = np.inf, first
     if kind == L1:
@@ -249,7 +249,9 @@ def shortfall(
 
 
 @kernel
-def square_step(by_s: float, by_t: float, hss: float, hst: float, htt: float, s: float, t: float) -> tuple[float, float]:
+def square_step(
+    by_s: float, by_t: float, hss: float, hst: float, htt: float, s: float, t: float
+) -> tuple[float, float]:
     """Return the step from (s, t) to where a quadratic with this gradient and Hessian is least on the unit square."""
     det = hss * htt - hst * hst
     if det > 1e-12 * hss * htt:
@@ -356,7 +358,7 @@ def blocks_of(
     wraps: BoolArray, a: FloatArray, b: FloatArray, dev: FloatArray, v: FloatArray, g: FloatArray, lost: FloatArray,
     middle: FloatArray, room: FloatArray, lowest: FloatArray, gain: FloatArray,
 ) -> None:  # fmt: skip
-    """Box every BLOCK cells: middle ± room (blocks, n), their lowest value, and the most by which one could undercut."""
+    """Box every BLOCK cells: middle ± room (blocks, n), their lowest value, and by how much one could undercut."""
     m, n = a.shape
     for block in range(len(gain)):
         first, last = block * BLOCK, min(block * BLOCK + BLOCK, m)
@@ -430,7 +432,7 @@ def step_values(
     ya: FloatArray, yb: FloatArray, ydev: FloatArray, yjoined: BoolArray,
     out: FloatArray, slopes: FloatArray, out_lost: FloatArray,
 ) -> None:  # fmt: skip
-    """Carry a value function from the cells of one slice (a, b, dev, with v, g, lost) to those of the next (ya, yb, ydev).
+    """Carry values from the cells of one slice (a, b, dev, with v, g, lost) to those of the next (ya, yb, ydev).
 
     Proposes values `out` (m, 2) at the ends of the new cells, with `slopes` (m, n), and finds how much each cell must
     lose, `out_lost` (m,), so that no pair falls short: the proved value is the proposed one less what is lost.

@@ -20,7 +20,6 @@ import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms.slabs import Boxes, SlabCover
-from selfmotion.certificate._chain_kernels import cross, settle
 
 _SLABS = 16
 _SIZE = 0.3  # radius of boxes at the beginning [rad]
@@ -190,6 +189,8 @@ class Chains:
 
     def _measure(self) -> None:
         """Find what chains from either end pay to get to each box."""
+        from selfmotion.certificate._chain_kernels import cross, settle  # compiled: only where used
+
         wraps = self.cover.wraps
         for slabs, name, ends in ((self.slabs, "forward", self.start), (self.slabs[::-1], "backward", self.end)):
             before: Slab | None = None

@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass
 
 from selfmotion.arms import Cause
-from selfmotion.arms.planar_slabs import PlanarSlabs
+from selfmotion.arms.slabs import SlabCover
 from selfmotion.certificate.chains import Chains, Ends
 from selfmotion.certificate.joined import earliest, ends, leads_on, parts_at_start, sheets_at_end, with_arm
 from selfmotion.certificate.needs import needs
@@ -94,7 +94,7 @@ def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedErr
     if blocked:
         limited = all(part.cause == "joint limits" for part in blocked)
         return InfeasibleError(blocked, needs(problem, (), deadline) if limited else ())
-    cover = PlanarSlabs(problem.arm, problem.path, problem.elbow)  # type: ignore[arg-type]
+    cover = problem.arm.slabs(problem.path, problem.elbow)
     start, end = ends(problem, "start"), ends(problem, "end")
     chains = Chains(cover, start=start, end=end)
     proof = chains.prove(began + _FOR_THE_PROOF * (deadline - began))
@@ -122,7 +122,7 @@ def _stretch(problem: Problem) -> tuple[Blocked, tuple[Cause, ...]]:
     return Blocked(r, cause, None, tuple(map(str, causes))), causes
 
 
-def _deaths(problem: Problem, cover: PlanarSlabs, deadline: float) -> tuple[Death, ...]:
+def _deaths(problem: Problem, cover: SlabCover, deadline: float) -> tuple[Death, ...]:
     """Return where the parts at r = 0 end, and how soon after that it can be proved."""
     found = []
     for sheet, q in parts_at_start(problem)[:_MOST_PARTS]:

@@ -8,7 +8,6 @@ from collections.abc import Iterable
 import numpy as np
 
 from selfmotion.arms import Cause
-from selfmotion.arms.planar_slabs import PlanarSlabs
 from selfmotion.certificate.chains import Chains
 from selfmotion.certificate.joined import ends, leads_on, with_arm
 from selfmotion.errors import Need
@@ -67,7 +66,7 @@ def widened(problem: Problem, joint: int, side: str, by: float) -> Problem:
 def _place(problem: Problem, need: Need, deadline: float) -> float | None:
     """Return where the passage is that opens: a proof for a little less has to look there most closely."""
     nearly = widened(problem, need.joint - 1, need.side, _JUST_NOT * need.by)
-    cover = PlanarSlabs(nearly.arm, nearly.path, nearly.elbow)  # type: ignore[arg-type]
+    cover = nearly.arm.slabs(nearly.path, nearly.elbow)
     chains = Chains(cover, start=ends(nearly, "start"), end=ends(nearly, "end"))
     if not chains.prove(min(deadline, time.perf_counter() + _SECONDS)).proved:
         return None

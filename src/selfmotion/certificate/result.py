@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any, NamedTuple
 
 from selfmotion._types import FloatArray
@@ -67,6 +68,8 @@ class Certificate:
         """Return the proof as the command line's ``--json`` prints it."""
         return {
             "argument": self.argument,
-            "levels": [level._asdict() for level in self.levels],
+            "levels": [
+                level._asdict() | {"cost": level.cost if isfinite(level.cost) else None} for level in self.levels
+            ],
             "tube": {"slices": len(self.tube), "cells": sum(len(part.a) for part in self.tube)},
         }

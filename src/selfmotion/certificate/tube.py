@@ -14,8 +14,8 @@ import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.angles import TAU
-from selfmotion.certificate import _kernels
 from selfmotion.arms.cells import Cells, Cover
+from selfmotion.certificate import _kernels
 
 _KINDS = {"joint_travel": _kernels.TRAVEL, "l1": _kernels.L1, "l2": _kernels.L2}
 _STRETCH = 4.0  # slab widths [rad] by which a tube's artificial ends are prolonged in proposals
@@ -65,12 +65,34 @@ class Slice:
         """Return the slice with some of its cells only."""
         before = self.joined & np.append(False, rows[:-1])
         after = np.append(self.joined[1:] & rows[1:], False)
-        severed = self.severed | np.column_stack([self.joined & ~before, np.append(self.joined[1:], False) & ~after])
+        lost = np.column_stack([self.joined & ~before, np.append(self.joined[1:], False) & ~after])
+        severed = self.severed | lost
         one, two, least = self.forward, self.backward, self.least
         return Slice(
             self.r, self.cells[rows], before[rows], severed[rows], self.fixed,
-            None if one is None else one[rows], None if two is None else two[rows], None if least is None else least[rows],
+            None if one is None else one[rows], None if two is None else two[rows],
+            None if least is None else least[rows],
         )  # fmt: skip
+
+
+class Setting(NamedTuple):
+    """All that the bound knows of the problem.
+
+    Attributes
+    ----------
+    cover : Cover
+        The arm.
+    task : callable
+        The path: maps r to the task point.
+    objective : str
+        Its kind.
+    weights : array, shape (n,)
+    """
+
+    cover: Cover
+    task: Callable[[float], FloatArray]
+    objective: str
+    weights: FloatArray
 
 
 class Tie(NamedTuple):
@@ -82,7 +104,7 @@ class Tie(NamedTuple):
 
 @dataclass(frozen=True)
 class Chain:
-    """The cheapest chords through a tube: postures q (slices, n), and what of the value there is not proved (slices,)."""
+    """The cheapest chords through a tube: postures q (slices, n), and what of their values is not proved (slices,)."""
 
     r: FloatArray
     q: FloatArray
@@ -92,11 +114,8 @@ class Chain:
 class Tube:
     """Slices of the angle domain in cells, and the values that are proved on them."""
 
-    def __init__(
-        self, cover: Cover, objective: str, weights: FloatArray, slices: list[Slice], tie: Tie | None = None
-    ) -> None:
-        self.cover, self.objective, self.weights = cover, objective, np.ascontiguousarray(weights)
-        self.slices, self.tie = slices, tie
+    def __init__(self, setting: Setting, slices: list[Slice], tie: Tie | None = None) -> None:
+        self.setting, self.slices, self.tie = setting, slices, tie
 
     @property
     def size(self) -> int:
@@ -158,12 +177,16 @@ class Tube:
             Cost of motions that need not stay in the tube.
         deadline : float
         """
+
         def finer(k: int) -> list[Slice]:
             part = self.slices[k]
             mine = part if part.fixed else self._split(part, float(spacing[k]))
             if k == 0 or not slabs[k - 1]:
                 return [mine]
-            return [self._between(self.slices[k - 1], part, 0.5 * float(spacing[k - 1] + spacing[k]), threshold, deadline), mine]
+            return [
+                self._between(self.slices[k - 1], part, 0.5 * float(spacing[k - 1] + spacing[k]), threshold, deadline),
+                mine,
+            ]
 
         found: list[list[Slice]] = [[] for _ in self.slices]
 
@@ -172,7 +195,7 @@ class Tube:
                 found[k] = finer(k)
 
         _together([partial(every, first) for first in range(_THREADS)])
-        return Tube(self.cover, self.objective, self.weights, [part for parts in found for part in parts], self.tie)
+        return Tube(self.setting, [part for parts in found for part in parts], self.tie)
 
     def cheapest(self) -> Chain:
         """Return the cheapest chords from the first slice to the last."""
@@ -183,27 +206,28 @@ class Tube:
         if part.backward is not None:
             v = v + part.backward.v
         cell, end = (int(k) for k in np.unravel_index(int(np.argmin(v)), v.shape))
+        wraps = self.setting.cover.wraps
         q, lost = [(part.cells.a if end == 0 else part.cells.b)[cell]], [part.forward.lost[cell]]
         for one, two in zip(self.slices[-2::-1], self.slices[:0:-1], strict=True):
             cells, values = one.cells, one.forward
             assert values is not None
             cell, s = _kernels.source_of(
-                _KINDS[self.objective], two.r - one.r, self.weights, self.cover.wraps, cells.a, cells.b,
+                _KINDS[self.setting.objective], two.r - one.r, self.setting.weights, wraps, cells.a, cells.b,
                 values.v, one.joined, q[-1],
             )  # fmt: skip
             x = cells.a[cell] + s * (cells.b[cell] - cells.a[cell])
-            q.append(x + np.where(self.cover.wraps, TAU * np.rint((q[-1] - x) / TAU), 0.0))
+            q.append(x + np.where(wraps, TAU * np.rint((q[-1] - x) / TAU), 0.0))
             lost.append(values.lost[cell])
         return Chain(self.r, np.array(q[::-1]), np.array(lost[::-1]))
 
     def _between(self, one: Slice, two: Slice, spacing: float, threshold: float, deadline: float) -> Slice:
         """Return the slice half-way between two, with the cells that a motion cheaper than `threshold` may pass."""
         now, r = _COARSE, 0.5 * (one.r + two.r)
-        new = self._slice(r, self.cover.cells(r, now))
+        new = self._slice(r, self.setting.cover.cells(self.setting.task(r), now))
         while True:
             new.forward = self._carried(one, one.forward, new, deadline, stretched=False)
             new.backward = self._carried(two, two.backward, new, deadline, stretched=False)
-            new = new.kept(self._least(new) <= threshold)
+            new = new.kept(np.asarray(self._least(new) <= threshold))
             if now <= spacing or len(new.cells) == 0:
                 return new
             now = max(now / _FINER, spacing)
@@ -211,7 +235,10 @@ class Tube:
 
     def _split(self, part: Slice, spacing: float) -> Slice:
         """Return a slice with its cells split."""
-        whole, cells = part.cells, self.cover.split(part.r, part.cells, np.full(len(part.cells), spacing))
+        whole, cells = (
+            part.cells,
+            self.setting.cover.split(self.setting.task(part.r), part.cells, np.full(len(part.cells), spacing)),
+        )
         new, of = self._slice(part.r, cells), cells.origin
         for end, column in ((0, 2), (1, 3)):
             new.severed[:, end] = part.severed[of, end] & (cells.pieces[:, column] == whole.pieces[of, column])
@@ -232,7 +259,7 @@ class Tube:
     def _apart(self, q: FloatArray, to: FloatArray) -> FloatArray:
         """Return q − to, free joints modulo 2π."""
         step = q - to
-        return np.where(self.cover.wraps, step - TAU * np.rint(step / TAU), step)
+        return np.where(self.setting.cover.wraps, step - TAU * np.rint(step / TAU), step)
 
     def closed(self) -> Tube:
         """Return the tube without the cells at either end that no cell at the other end meets: for cyclic motions."""
@@ -240,11 +267,11 @@ class Tube:
         if self.is_empty:
             return self
         meet = self._meet(first.cells, last.cells)
-        slices = [first.kept(meet.any(axis=1)), *self.slices[1:-1], last.kept(meet.any(axis=0))]
-        return Tube(self.cover, self.objective, self.weights, slices, self.tie)
+        slices = [first.kept(np.asarray(meet.any(axis=1))), *self.slices[1:-1], last.kept(np.asarray(meet.any(axis=0)))]
+        return Tube(self.setting, slices, self.tie)
 
     def halves(self, pull: FloatArray) -> list[Tube]:
-        """Return two tubes of cyclic motions, each with half of the cells at the start and those at the end that meet them.
+        """Return two tubes of cyclic motions, each with half of the start and the cells of the end that meet it.
 
         Parameters
         ----------
@@ -258,20 +285,20 @@ class Tube:
             mine = np.zeros(len(first.cells), bool)
             mine[rows] = True
             start = first.kept(mine)
-            end = last.kept(self._meet(start.cells, last.cells).any(axis=0))
+            end = last.kept(np.asarray(self._meet(start.cells, last.cells).any(axis=0)))
             middle = 0.5 * (first.cells.a + first.cells.b)[rows[len(rows) // 2]]
             tie = Tie(middle, pull) if self._is_one_sheet(middle, start.cells, end.cells) else None
             slices = [start, *(replace(part) for part in self.slices[1:-1]), end]
-            found.append(Tube(self.cover, self.objective, self.weights, slices, tie))
+            found.append(Tube(self.setting, slices, tie))
         return found
 
     def _is_one_sheet(self, anchor: FloatArray, *ends: Cells) -> bool:
-        """Return whether all postures are less than half a turn from the anchor, so that differences to it are one-valued."""
+        """Return whether all postures are less than half a turn from the anchor: differences to it are one-valued."""
         far = [
             np.abs(self._apart(0.5 * (cells.a + cells.b), anchor)) + 0.5 * np.abs(cells.b - cells.a) + cells.dev
             for cells in ends
         ]
-        return all(bool((part[:, self.cover.wraps] < np.pi - _ROUNDING).all()) for part in far)
+        return all(bool((part[:, self.setting.cover.wraps] < np.pi - _ROUNDING).all()) for part in far)
 
     def _meet(self, one: Cells, two: Cells) -> BoolArray:
         """Return which cells (m,) and (k,) may share a posture, shape (m, k)."""
@@ -281,13 +308,17 @@ class Tube:
 
     def _slice(self, r: float, cells: Cells, fixed: bool = False) -> Slice:
         joined = np.zeros(len(cells), bool)
-        same = (cells.pieces[1:, :2] == cells.pieces[:-1, :2]).all(axis=1) & (cells.pieces[1:, 2] == cells.pieces[:-1, 3])
+        same = (cells.pieces[1:, :2] == cells.pieces[:-1, :2]).all(axis=1) & (
+            cells.pieces[1:, 2] == cells.pieces[:-1, 3]
+        )
         step = cells.a[1:] - cells.b[:-1]
-        step = np.where(self.cover.wraps, step - TAU * np.rint(step / TAU), step)
+        step = np.where(self.setting.cover.wraps, step - TAU * np.rint(step / TAU), step)
         joined[1:] = same & (np.abs(step).max(axis=1, initial=0.0) < 1e-9)
         return Slice(r, cells, joined, np.zeros((len(cells), 2), bool), fixed)
 
-    def _carried(self, one: Slice, values: Values | None, two: Slice, deadline: float, stretched: bool = True) -> Values:
+    def _carried(
+        self, one: Slice, values: Values | None, two: Slice, deadline: float, stretched: bool = True
+    ) -> Values:
         """Carry values from one slice to another."""
         if time.perf_counter() > deadline:
             raise OutOfTimeError
@@ -298,9 +329,9 @@ class Tube:
             more = _STRETCH * h / np.maximum(np.abs(a.b - a.a).max(axis=1), 1e-12)
             reach += np.where(one.severed, np.column_stack([-more, more]), 0.0)
         m = len(b)
-        found = Values(np.empty((m, 2)), np.empty((m, self.cover.n)), np.empty(m))
+        found = Values(np.empty((m, 2)), np.empty((m, self.setting.cover.n)), np.empty(m))
         _kernels.step_values(
-            _KINDS[self.objective], h, self.weights, self.cover.wraps, a.a, a.b, a.dev,
+            _KINDS[self.setting.objective], h, self.setting.weights, self.setting.cover.wraps, a.a, a.b, a.dev,
             values.v, values.g, values.lost, one.joined, reach, b.a, b.b, b.dev, two.joined,
             found.v, found.g, found.lost,
         )  # fmt: skip
@@ -315,16 +346,16 @@ class Tube:
 
 
 def first_tube(
-    cover: Cover, objective: str, weights: FloatArray, r: FloatArray, spacing: float,
-    start: FloatArray | None = None, end: FloatArray | None = None, deadline: float = np.inf,
+    setting: Setting, r: FloatArray, spacing: float, start: Cells | None = None, end: Cells | None = None,
+    deadline: float = np.inf,
 ) -> Tube:  # fmt: skip
-    """Return the whole angle domain on slices r; `start` and `end` are postures (m, n) that alone may be there."""
-    tube = Tube(cover, objective, weights, [])
+    """Return the whole angle domain on slices r; `start` and `end` are what alone may be there."""
+    tube = Tube(setting, [])
     for k, at in enumerate(r):
         if time.perf_counter() > deadline:
             raise OutOfTimeError
         given = start if k == 0 else end if k == len(r) - 1 else None
-        cells = cover.cells(at, spacing) if given is None else cover.points(given)
+        cells = setting.cover.cells(setting.task(at), spacing) if given is None else given
         tube.slices.append(tube._slice(float(at), cells, given is not None))
     return tube
 

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
 from selfmotion._checks import number, positive
 from selfmotion._types import BoolArray, FloatArray
+from selfmotion.certificate.joined import leads_on
 from selfmotion.domain import blocked_stretches
-from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError
+from selfmotion.errors import InvalidInputError, NothingFeasibleError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
+from selfmotion.planners.reconfiguration import explained
 from selfmotion.plans import Plan
 from selfmotion.problem import Posture, Problem
 from selfmotion.refinement import Optima, Optimum, Start, random_starts, start_from
 from selfmotion.verification import Failure, verify_motion
 
 if TYPE_CHECKING:
+    from selfmotion.arms.cells import Cells, Cover
     from selfmotion.certificate.result import Certificate, Level
     from selfmotion.certificate.tube import Chain, Tube
 
@@ -31,7 +34,11 @@ _SHARE, _LOSS = 5.0, 0.5  # square of the spacing, and loss of the proof, per sl
 _WANTED = 0.3  # part of the gap asked for that chords need not lose less than
 _NARROWER = 0.1  # what spacing is multiplied by at least, from one round to the next
 _MARGIN = 1e-12  # relative
+_FOR_A_REASON = 0.3  # part of the time left for a proof that there is no motion where none was found at once
 _TIED = 2.5  # width of the start of a cyclic motion, in slab widths [rad]
+
+
+_ARGUMENT = "values on cells of the self-motion, pair by pair"
 
 
 class Global(Planner):
@@ -53,8 +60,8 @@ class Global(Planner):
     -----
     For arms with one redundant degree of freedom. All elbows, all components of the angle domain, folds, self-motion at
     a frozen r and all turns of limited joints are covered by the bound; joints with a limit on one side only count as
-    free in it. Method and proof: docs/mathematics. The plan's ``lower_bound``, ``gap`` and ``certificate`` hold what was
-    proved.
+    free in it. Method and proof: docs/mathematics. What was proved is in the plan's ``lower_bound``, ``gap`` and
+    ``certificate``.
     """
 
     kind = "global"
@@ -75,6 +82,7 @@ class Global(Planner):
                 "use planner refine, or keep the direction of the last link",
             )
         with threadpool_limits(1, "blas"):
+            _warm(problem)
             return _Search(self, problem, progress).plan()
 
 
@@ -94,9 +102,10 @@ class _Search:
 
     def plan(self) -> Plan:
         problem = self.problem
-        blocked = blocked_stretches(problem.arm, problem.path, problem.samples, problem.elbow_branches)
-        if blocked:
-            raise InfeasibleError(blocked)
+        if blocked_stretches(problem.arm, problem.path, problem.samples, problem.elbow_branches) or not leads_on(
+            problem
+        ):
+            self._explain(self.deadline)
         argument = self._prove()
         best, failure = self.optima.best()
         if best is None:
@@ -109,29 +118,35 @@ class _Search:
         plan.certify(certificate)
         return plan
 
+    def _explain(self, deadline: float) -> None:
+        """Raise what is known of why there is no motion, if anything is."""
+        error = explained(self.problem, deadline)
+        if error is not None:
+            raise error
+
     def _prove(self) -> str:
         """Refine the tube until the gap is small enough; return what proved the bound, or why it is not better."""
-        from selfmotion.arms.planar_cover import PlanarCover
-        from selfmotion.certificate.tube import OutOfTimeError, first_tube
+        from selfmotion.certificate.tube import OutOfTimeError, Setting, first_tube
 
         problem = self.problem
-        cover = PlanarCover(problem.arm, problem.path, problem.elbow)
+        cover = problem.arm.cover(problem.elbow)
+        setting = Setting(cover, problem.path, problem.objective.kind, problem.weights.copy())
         spacing = np.full(_SLICES + 1, _DENSITY / _SLICES**1.5)
         try:
             tube = first_tube(
-                cover, problem.objective.kind, problem.weights, _slices(problem.path.breaks), float(spacing[0]),
-                self._given(problem.start, 0.0), self._given(problem.end, 1.0), self.deadline,
+                setting, _slices(problem.path.breaks), float(spacing[0]),
+                self._given(cover, problem.start, 0.0), self._given(cover, problem.end, 1.0), self.deadline,
             )  # fmt: skip
             parts = [_Part(tube, spacing)]
             while parts:
                 self._look_at(parts)
                 if self._gap <= self.planner.gap:
-                    return "values on cells of the self-motion, pair by pair, to the gap asked for"
+                    return f"{_ARGUMENT}, to the gap asked for"
                 parts = [finer for part in parts for finer in self._refined(part)]
         except OutOfTimeError:
-            return f"values on cells of the self-motion, pair by pair, until the time limit of {self.planner.time_limit:g} s"
+            return f"{_ARGUMENT}, until the time limit of {self.planner.time_limit:g} s"
         except KeyboardInterrupt:
-            return "values on cells of the self-motion, pair by pair, until it was interrupted"
+            return f"{_ARGUMENT}, until it was interrupted"
         self.bound = max(self.bound, self.threshold)
         return "no motion cheaper than the best one is left in the tube"
 
@@ -157,7 +172,7 @@ class _Search:
             self.progress(len(self.levels), 0, self.threshold)
 
     def _refined(self, part: _Part) -> list[_Part]:
-        """Return a part on more slices in shorter cells, as two parts if motions are to be cyclic; none if it is empty."""
+        """Return a part on more slices in shorter cells, or none if it is empty."""
         slabs, spacing = self._finer(part.chain, part.spacing)
         tube = part.tube.refined(slabs, spacing, self.threshold, self.deadline)
         spacing = _with_new(spacing, slabs)
@@ -180,7 +195,7 @@ class _Search:
         return found
 
     def _pull(self) -> FloatArray:
-        """Return multipliers of closure: with them the best motion's cost changes to second order where it does not close."""
+        """Return multipliers of closure with which the best motion costs the same, to first order, if it does not close."""
         assert self.best is not None
         rates = self.best.motion.rates(np.array([0.0, 1.0]))
         weights = self.problem.weights
@@ -230,6 +245,9 @@ class _Search:
                 if k == _STARTS or time.perf_counter() > self.deadline:
                     break
                 self._add(other)
+        if self.best is None and not self.levels:
+            now = time.perf_counter()
+            self._explain(now + _FOR_A_REASON * (self.deadline - now))
 
     def _add(self, start: Start, near: bool = False) -> None:
         optimum = self.optima.add(start, near)
@@ -243,18 +261,16 @@ class _Search:
         if cost < self.threshold and verify_motion(self.problem, optimum.motion).holds:
             self.best, self.threshold = optimum, cost
 
-    def _given(self, posture: Posture | None, r: float) -> FloatArray | None:
-        """Return the postures (m, n) that are meant by a given one, without their turns."""
+    def _given(self, cover: Cover, posture: Posture | None, r: float) -> Cells | None:
+        """Return the cells that a given posture stands for: given by u, it may have any turns."""
         if posture is None:
             return None
         if posture.q is not None:
-            return posture.q[None]
+            return cover.points(posture.q[None], turned=False)
         solved = [self.problem.arm.solve(self.problem.path(r), posture.u, b) for b in self.problem.elbow_branches]
-        return np.array([q for q, ok in solved if ok]).reshape(-1, self.problem.arm.n)
+        return cover.points(np.array([q for q, ok in solved if ok]).reshape(-1, self.problem.arm.n), turned=True)
 
-    def _give_up(self, argument: str, failure: Failure | None) -> None:
-        if np.isinf(self.bound):
-            raise InfeasibleError([])
+    def _give_up(self, argument: str, failure: Failure | None) -> NoReturn:
         raise NothingFeasibleError(
             f"no motion was found, and none was proved not to exist: {argument}"
             + ("" if failure is None else f"; the best candidate does not hold: {failure}"),
@@ -269,6 +285,17 @@ class _Part:
         self.tube, self.spacing = tube, spacing
         self.bound = 0.0
         self.chain: Chain
+
+
+def _warm(problem: Problem) -> None:
+    """Have the kernels compiled, or loaded, before the clock starts."""
+    from selfmotion.certificate.tube import Setting, first_tube
+
+    setting = Setting(problem.arm.cover(), problem.path, problem.objective.kind, np.ones(problem.arm.n))
+    tube = first_tube(setting, np.array([0.0, 1.0]), 2.0)
+    if not tube.is_empty:
+        tube.evaluate()
+        tube.cheapest()
 
 
 def _slices(breaks: FloatArray) -> FloatArray:

@@ -56,6 +56,7 @@ class Optimum:
 
     @property
     def coefficients(self) -> FloatArray:
+        """Of the spline, shape (n, m)."""
         return self.collocation.coefficients(self.c)
 
     @property
@@ -68,6 +69,7 @@ class Optimum:
         return ClosedSpline(problem.arm, problem.path, problem.space, coefficients, problem.box)
 
     def is_same(self, other: Optimum) -> bool:
+        """Return whether both are one motion, but for whole turns."""
         if abs(self.cost - other.cost) > _SAME_COST * abs(self.cost):
             return False
         mine, theirs = (o.collocation.space.spline(o.coefficients)(_COMPARED_AT) for o in (self, other))
@@ -158,9 +160,7 @@ class Optima:
         collocation = self._collocation(start, space, _WIDTH)
         at = space.collocation
         sampled = np.stack([np.interp(at, start.r, joint) for joint in start.q.T], axis=-1)
-        minimum = minimise(
-            collocation, space.interpolating(sampled), _COARSE_TOLERANCE, mu, deadline=self.deadline
-        )
+        minimum = minimise(collocation, space.interpolating(sampled), _COARSE_TOLERANCE, mu, deadline=self.deadline)
         if minimum is None:
             return None
         self.iterations += minimum.iterations

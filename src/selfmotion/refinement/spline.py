@@ -80,7 +80,7 @@ class SplineSpace:
 
     @classmethod
     def _with_corners(cls, edges: FloatArray, corners: FloatArray) -> SplineSpace:
-        """Return the space with single knots at `edges` and triple ones at corners, which their neighbours keep clear of."""
+        """Return the space with single knots at inner `edges` and triple ones at corners, kept clear of the others."""
         plain = edges[1:-1]
         if len(corners):
             width = 0.5 * (edges[2:] - edges[:-2])
