@@ -72,7 +72,7 @@ def answer(name: str, f: float, seed: int, progress: Progress | None = None) -> 
     """Answer one of the `QUESTIONS`, `f` being the best frequency of its sinusoid."""
     question = QUESTIONS[name]
     bound, free = from_start(question), question.problem()
-    search = DifferentialEvolution(population=40, iterations=120, seed=seed)
+    search = DifferentialEvolution(population=40, iterations=80, seed=seed)
     return Answer(
         sinusoid(question, f),
         Harmonics(span=[_SPAN], harmonics=_HARMONICS, optimizer=search).plan(bound, progress),

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from decimal import ROUND_CEILING, Decimal
 from typing import Any
 
 from selfmotion.certificate.verdict import verdict as proved
@@ -74,8 +75,9 @@ def on_shortest(results: dict[str, Any], name: str) -> str:
     if best["lower_bound"] > printed:
         answer += (
             f"**The printed F = {printed:.6g} cannot be attained from the printed data:** every continuous motion that "
-            f"starts at u = {found['start']:g} costs at least {_down(best['lower_bound'])}, which is more by "
-            f"{best['lower_bound'] - printed:.3f}."
+            f"starts at u = {found['start']:g} costs at least {_down(best['lower_bound'])} as an integral, which is "
+            f"more by {best['lower_bound'] - printed:.3f}; chord sums over the samples, as printed, are less than "
+            f"integrals by {_chords([found])} at most for these motions."
         )
         if free["cost"] < printed:
             answer += f" From another start it could: the shortest motion of all costs {free['cost']:.4f}."
@@ -90,12 +92,18 @@ def on_shortest(results: dict[str, Any], name: str) -> str:
 
 def on_chords(results: dict[str, Any]) -> str:
     """Return how far the chord sums that the paper prints may be from the integrals that are bounded."""
-    motions = [results["shortest"][name][kind] for name in QUESTIONS for kind in Answer._fields]
-    most = max(motion["cost"] - motion["cost_sampled"] for motion in motions)
+    most = _chords([results["shortest"][name] for name in QUESTIONS])
     return (
         "Costs and bounds here are those of F as an integral. The paper's F is a chord sum over its samples, which for "
-        f"these motions is less by {most:.0e} at most."
+        f"these motions is less by {most} at most."
     )
+
+
+def _chords(answers: Sequence[Mapping[str, Any]]) -> str:
+    """Return by how much chord sums are less than integrals at most, rounded up."""
+    motions = [found[kind] for found in answers for kind in Answer._fields]
+    most = Decimal(max(motion["cost"] - motion["cost_sampled"] for motion in motions))
+    return f"{float(most.quantize(Decimal(1).scaleb(most.adjusted()), ROUND_CEILING)):.0e}"
 
 
 def _down(bound: float) -> str:
