@@ -5,7 +5,8 @@ Directions φ1, φ2, φ3 of the links close the loop ``Σ l_m e(φ_m) = x``. Alo
     t = (sin(φ3 − φ2)/l1, sin(φ1 − φ3)/l2, sin(φ2 − φ1)/l3),
 
 and *chart* i takes φ_i as its parameter, with the sign of t_i telling its two solutions apart. A piece is a chart, a
-sign and an interval of φ_i. Everything is enclosed: an interval is a middle and a radius, and radii are padded for rounding.
+sign and an interval of φ_i. Everything is enclosed: an interval is a middle and a radius, and radii are padded for
+rounding.
 """
 
 from __future__ import annotations
@@ -244,7 +245,7 @@ def cover(
     """Cover pieces of the self-motion at one task point by cells no longer than `spacing`; return how many there are.
 
     Row k of a, b (m, n) is the ends of cell k, of dev its room, of pieces (m, 4) its chart, sign and interval, and
-    origin (m,) the piece that it is a part of. With more cells than rows, the count goes on and nothing more is written.
+    origin (m,) the piece that it is a part of. With more cells than rows, only the count goes on.
     Joint j may lie in windows[first[j]:first[j + 1]]; near (p, n) are angles whose turns are kept if `only_near`.
     """
     n = a.shape[1]

@@ -9,9 +9,10 @@ import numpy as np
 
 from selfmotion._checks import number, positive
 from selfmotion._types import BoolArray, FloatArray
+from selfmotion.angles import wrap
 from selfmotion.certificate.joined import leads_on
 from selfmotion.domain import blocked_stretches
-from selfmotion.errors import InvalidInputError, NothingFeasibleError
+from selfmotion.errors import Blocked, InfeasibleError, InvalidInputError, NothingFeasibleError, UndecidedError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
 from selfmotion.planners.reconfiguration import explained
@@ -27,14 +28,16 @@ if TYPE_CHECKING:
 
 _SLICES = 24  # slabs to begin with
 _DENSITY = 4.0  # cells to begin with are this times h^1.5 long, slabs being h wide [rad]
-_STARTS = 8  # random starts for a motion where the cheapest chords lead to none
+_STARTS = 16  # random starts for a motion where the cheapest chords lead to none
 _LEFT = 0.1  # part of what chords lose that may be in slabs that are not halved
 _WIDEST = 1 / 60  # slabs that are halved in any case
 _SHARE, _LOSS = 5.0, 0.5  # square of the spacing, and loss of the proof, per slab, as parts of what its chord may lose
 _WANTED = 0.3  # part of the gap asked for that chords need not lose less than
 _NARROWER = 0.1  # what spacing is multiplied by at least, from one round to the next
 _MARGIN = 1e-12  # relative
-_FOR_A_REASON = 0.3  # part of the time left for a proof that there is no motion where none was found at once
+_STEEP = 1e5  # |dq/du| beyond which a start given by u leaves joints open
+_NEAR = 1e-2  # length of cells then [rad]
+_FOR_A_REASON = 0.5  # part of the time left that goes into a proof that there is no motion, where it looks like that
 _TIED = 2.5  # width of the start of a cyclic motion, in slab widths [rad]
 
 
@@ -99,13 +102,14 @@ class _Search:
         self.bound = 0.0
         self.tubes: list[Tube] = []
         self.levels: list[Level] = []
+        self.undecided: UndecidedError | None = None  # why there may be no motion
 
     def plan(self) -> Plan:
         problem = self.problem
-        if blocked_stretches(problem.arm, problem.path, problem.samples, problem.elbow_branches) or not leads_on(
-            problem
+        if not leads_on(problem) or blocked_stretches(
+            problem.arm, problem.path, problem.samples, problem.elbow_branches
         ):
-            self._explain(self.deadline)
+            self._explain()
         argument = self._prove()
         best, failure = self.optima.best()
         if best is None:
@@ -118,11 +122,13 @@ class _Search:
         plan.certify(certificate)
         return plan
 
-    def _explain(self, deadline: float) -> None:
-        """Raise what is known of why there is no motion, if anything is."""
-        error = explained(self.problem, deadline)
-        if error is not None:
+    def _explain(self) -> None:
+        """Raise the proof that there is no motion, if one is found; else remember what is known of it."""
+        now = time.perf_counter()
+        error = explained(self.problem, now + _FOR_A_REASON * (self.deadline - now))
+        if isinstance(error, InfeasibleError):
             raise error
+        self.undecided = error
 
     def _prove(self) -> str:
         """Refine the tube until the gap is small enough; return what proved the bound, or why it is not better."""
@@ -137,6 +143,9 @@ class _Search:
                 setting, _slices(problem.path.breaks), float(spacing[0]),
                 self._given(cover, problem.start, 0.0), self._given(cover, problem.end, 1.0), self.deadline,
             )  # fmt: skip
+            if tube.is_empty:
+                at = next(part.r for part in tube.slices if not len(part.cells))
+                raise InfeasibleError([Blocked((at, at), "joint limits")])
             parts = [_Part(tube, spacing)]
             while parts:
                 self._look_at(parts)
@@ -185,6 +194,7 @@ class _Search:
         if tube.is_empty:
             return []
         if self.best is None or tube.width <= _TIED * np.diff(part.chain.r).mean():
+            part.tube = tube
             return [part]
         found = []
         for half in tube.halves(self._pull()):
@@ -195,7 +205,7 @@ class _Search:
         return found
 
     def _pull(self) -> FloatArray:
-        """Return multipliers of closure with which the best motion costs the same, to first order, if it does not close."""
+        """Return multipliers of closure with which the best motion costs the same, to first order, not closing."""
         assert self.best is not None
         rates = self.best.motion.rates(np.array([0.0, 1.0]))
         weights = self.problem.weights
@@ -241,25 +251,30 @@ class _Search:
         q = self.problem.arm.limits.lift(chain.q[None].copy(), None if start is None else start.q).q[0]
         self._add(start_from(self.problem, q, chain.r), near=True)
         if self.best is None:
-            for k, other in enumerate(random_starts(self.problem, np.random.default_rng(0), _STARTS)):
-                if k == _STARTS or time.perf_counter() > self.deadline:
+            for k, other in enumerate(random_starts(self.problem, np.random.default_rng(0), 2 * _STARTS)):
+                if k == _STARTS or time.perf_counter() > 0.5 * (self.began + self.deadline):
                     break
                 self._add(other)
         if self.best is None and not self.levels:
-            now = time.perf_counter()
-            self._explain(now + _FOR_A_REASON * (self.deadline - now))
+            self._explain()
 
     def _add(self, start: Start, near: bool = False) -> None:
+        """Refine a start; if it becomes a motion that holds and is better than all before, remember it."""
         optimum = self.optima.add(start, near)
-        if optimum is None:
-            return
-        if self.problem.objective.has_kinks:  # whose rounding off blurs the cost on the coarse level
-            refined = self.optima.refined(optimum)
-            self.optima.found = [refined if other is optimum else other for other in self.optima.found]
-            optimum = refined
+        # Rounding off kinks blurs the cost on the coarse level, where a motion may not hold yet either.
+        if optimum is not None and not self._accept(optimum, self.problem.objective.has_kinks) and self.best is None:
+            self._accept(optimum, True)
+
+    def _accept(self, optimum: Optimum, refined: bool) -> bool:
+        if refined:
+            finer = self.optima.refined(optimum)
+            self.optima.found = [finer if other is optimum else other for other in self.optima.found]
+            optimum = finer
         cost = self.optima.cost_of(optimum.motion) * (1.0 + _MARGIN)
-        if cost < self.threshold and verify_motion(self.problem, optimum.motion).holds:
-            self.best, self.threshold = optimum, cost
+        if cost >= self.threshold or not verify_motion(self.problem, optimum.motion).holds:
+            return False
+        self.best, self.threshold = optimum, cost
+        return True
 
     def _given(self, cover: Cover, posture: Posture | None, r: float) -> Cells | None:
         """Return the cells that a given posture stands for: given by u, it may have any turns."""
@@ -267,10 +282,18 @@ class _Search:
             return None
         if posture.q is not None:
             return cover.points(posture.q[None], turned=False)
-        solved = [self.problem.arm.solve(self.problem.path(r), posture.u, b) for b in self.problem.elbow_branches]
-        return cover.points(np.array([q for q, ok in solved if ok]).reshape(-1, self.problem.arm.n), turned=True)
+        arm, x = self.problem.arm, self.problem.path(r)
+        if not all((np.abs(arm.derivative(x, posture.u, b)[0]) < _STEEP).all() for b in self.problem.elbow_branches):
+            # At a singular posture u does not tell all joints: every posture near it is allowed.
+            cells = cover.cells(x, _NEAR)
+            room = (0.5 * np.abs(cells.b - cells.a) + cells.dev).sum(axis=1)  # u is a sum of joints
+            return cells[np.abs(wrap(arm.u_of(0.5 * (cells.a + cells.b)) - posture.u))[:, 0] <= room + _NEAR]
+        solved = [arm.solve(x, posture.u, b) for b in self.problem.elbow_branches]
+        return cover.points(np.array([q for q, ok in solved if ok]).reshape(-1, arm.n), turned=True)
 
     def _give_up(self, argument: str, failure: Failure | None) -> NoReturn:
+        if self.undecided is not None:
+            raise self.undecided
         raise NothingFeasibleError(
             f"no motion was found, and none was proved not to exist: {argument}"
             + ("" if failure is None else f"; the best candidate does not hold: {failure}"),
