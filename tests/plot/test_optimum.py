@@ -6,7 +6,7 @@ from drawings import Case
 
 import selfmotion as sm
 from selfmotion.plot import draw_optimum, draw_proof, draw_tube, figure, plan_figures
-from selfmotion.plot.optimum import tube_intervals
+from selfmotion.plot.optimum import merged, tube_intervals
 from selfmotion.plot.unfolding import Unfolding
 
 
@@ -104,6 +104,35 @@ def test_edges_are_drawn_where_limits_are_and_not_where_elbows_meet(case):
                 assert np.abs(np.abs(q) - 2.2).min() < 1e-5
                 found += 1
     assert found > 50
+
+
+def test_elbows_that_only_meet_here_and_there_are_drawn_one_above_the_other():
+    """Folds θ2 = π bound the domain for a while, θ2 = 0 never does; the edges drawn are those folds."""
+    arm, path = sm.PlanarArm([3, 1.5, 1.2]), sm.Line([2.0, -1.5], [1.5, 2.5])
+    chart, found = Unfolding(sm.angle_domain(arm, path)), 0
+    assert chart.kind == "apart"
+    (positive, negative), shift = chart.names(), np.diff(list(chart.names()))[0]
+    assert negative - positive == shift > 2 * np.pi
+    for part in chart.parts():
+        for edge in part.edges:
+            at = np.flatnonzero(np.isfinite(edge))[3:-3:20]
+            wrist = path(part.r[at]) - 1.2 * np.stack([np.cos(edge[at]), np.sin(edge[at])], axis=-1)
+            above = path(part.r[at]) - 1.2 * np.stack([np.cos(edge[at] - shift), np.sin(edge[at] - shift)], axis=-1)
+            reach = np.where(edge[at] > positive + np.pi, np.hypot(*above.T), np.hypot(*wrist.T))
+            np.testing.assert_allclose(reach, 1.5, atol=1e-6)
+            found += len(at)
+    assert found > 20
+    ticks, names = chart.ticks()
+    assert len(ticks) == len(set(ticks)) == len(names) == 2 * len(set(names))
+    for y, name in zip(ticks, names, strict=True):
+        assert float(name.replace("−", "-")) == pytest.approx(y if y < positive + np.pi else y - shift)
+
+
+def test_what_overlaps_is_one_interval():
+    chords = np.array([[0.0, 1.0], [0.2, 0.5], [1.0, 1.5], [1.52, 2.0], [3.0, 3.1]])
+    np.testing.assert_array_equal(merged(chords[::-1], 1e-6), [[0.0, 1.5], [1.52, 2.0], [3.0, 3.1]])
+    np.testing.assert_array_equal(merged(chords, 0.1), [[0.0, 2.0], [3.0, 3.1]])
+    assert merged(chords[:0], 0.1).shape == (0, 2)
 
 
 def test_a_motion_across_the_seam_is_cut_there(crossing):

@@ -188,19 +188,19 @@ def tube_intervals(
     for part in tube:
         r = np.full(len(part.a), part.r)
         ends = np.stack([chart.ordinate(r, arm.u_of(q)[:, 0], arm.branch_of(q)) for q in (part.a, part.b)], axis=1)
-        found.append(_merged(np.sort(chart.cut(ends), axis=1), gap))
+        found.append(merged(np.sort(chart.cut(ends), axis=1), gap))
     return found
 
 
-def _merged(intervals: FloatArray, gap: float) -> FloatArray:
+def merged(intervals: FloatArray, gap: float) -> FloatArray:
     """Return intervals (m, 2) with those joined that have less than `gap` between them."""
-    merged: list[list[float]] = []
+    joined: list[list[float]] = []
     for low, high in intervals[np.argsort(intervals[:, 0])].tolist():
-        if merged and low <= merged[-1][1] + gap:
-            merged[-1][1] = max(merged[-1][1], high)
+        if joined and low <= joined[-1][1] + gap:
+            joined[-1][1] = max(joined[-1][1], high)
         else:
-            merged.append([low, high])
-    return np.array(merged).reshape(-1, 2)
+            joined.append([low, high])
+    return np.array(joined).reshape(-1, 2)
 
 
 def _bands(intervals: list[FloatArray], r: FloatArray) -> list[FloatArray]:
