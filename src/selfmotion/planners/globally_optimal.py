@@ -31,7 +31,7 @@ _DENSITY = 4.0  # cells to begin with are this times h^1.5 long, slabs being h w
 _STARTS = 16  # random starts for a motion where the cheapest chords lead to none
 _LEFT = 0.1  # part of what chords lose that may be in slabs that are not halved
 _WIDEST = 1 / 60  # slabs that are halved in any case
-_SHARE, _LOSS = 5.0, 0.5  # square of the spacing, and loss of the proof, per slab, as parts of what its chord may lose
+_SHARE, _LOSS = 3.0, 1.0  # square of the spacing, and loss of the proof, per slab, as parts of what its chord may lose
 _WANTED = 0.3  # part of the gap asked for that chords need not lose less than
 _NARROWER = 0.1  # what spacing is multiplied by at least, from one round to the next
 _MARGIN = 1e-12  # relative
@@ -98,6 +98,7 @@ class _Search:
         self.deadline = self.began + planner.time_limit
         self.optima = Optima(problem, min(1e-6, 0.01 * planner.gap), self.deadline)
         self.best: Optimum | None = None
+        self.polished: Optimum | None = None  # the best motion known, on knots as fine as they need be
         self.threshold = np.inf  # motions that cost more need not be in the tube
         self.bound = 0.0
         self.tubes: list[Tube] = []
@@ -257,6 +258,9 @@ class _Search:
                 self._add(other)
         if self.best is None and not self.levels:
             self._explain()
+        if self.best is not None and self.levels and self.best is not self.polished:
+            self._accept(self.best, True)
+            self.polished = self.best
 
     def _add(self, start: Start, near: bool = False) -> None:
         """Refine a start; if it becomes a motion that holds and is better than all before, remember it."""
