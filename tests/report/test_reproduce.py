@@ -64,18 +64,21 @@ def test_one_figure_alone_is_that_of_the_whole_report(files, study, name):
 )
 def test_one_figure_runs_only_what_it_needs(monkeypatch, study, name, needs):
     ran = set()
+    # All of it is made before anything is replaced: what a study has not made yet it would ask the replacements for.
+    three, six, whole = study.three.plans, {one: study.six.plans[one] for one in study.six.plans}, study.six.whole_arm
+    runs = {one: case.runs for one, case in study.cases.items()}
 
     def noting(what, value):
         return lambda *arguments: ran.add(what(*arguments)) or value(*arguments)
 
-    monkeypatch.setattr(seed_3r, "plans", noting(lambda *_: "plans", lambda *_: study.three.plans))
-    monkeypatch.setattr(seed_6r, "plans", noting(lambda one, *_: f"plans {one}", lambda one, *_: study.six.plans[one]))
-    monkeypatch.setattr(seed_6r, "whole_arm", noting(lambda *_: "whole arm", lambda *_: study.six.whole_arm))
+    monkeypatch.setattr(seed_3r, "plans", noting(lambda *_: "plans", lambda *_: three))
+    monkeypatch.setattr(seed_6r, "plans", noting(lambda one, *_: f"plans {one}", lambda one, *_: six[one]))
+    monkeypatch.setattr(seed_6r, "whole_arm", noting(lambda *_: "whole arm", lambda *_: whole))
     answers, shortest = study.shortest.answers, study.shortest.without_limits
     monkeypatch.setattr(seed_shortest, "answer", noting(lambda one, *_: f"answer {one}", lambda one, *_: answers[one]))
     monkeypatch.setattr(seed_shortest, "shortest", noting(lambda *_: "shortest", lambda *_: shortest))
     monkeypatch.setattr(
-        seed_runs, "many_seeds", noting(lambda one, *_: f"runs {one}", lambda one, *_: study.cases[one].runs)
+        seed_runs, "many_seeds", noting(lambda one, *_: f"runs {one}", lambda one, *_: runs[one])
     )
     reproduce(Study(seed=1, seeds=3), only=[name])
     assert ran == needs
