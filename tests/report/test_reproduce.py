@@ -77,9 +77,7 @@ def test_one_figure_runs_only_what_it_needs(monkeypatch, study, name, needs):
     answers, shortest = study.shortest.answers, study.shortest.without_limits
     monkeypatch.setattr(seed_shortest, "answer", noting(lambda one, *_: f"answer {one}", lambda one, *_: answers[one]))
     monkeypatch.setattr(seed_shortest, "shortest", noting(lambda *_: "shortest", lambda *_: shortest))
-    monkeypatch.setattr(
-        seed_runs, "many_seeds", noting(lambda one, *_: f"runs {one}", lambda one, *_: runs[one])
-    )
+    monkeypatch.setattr(seed_runs, "many_seeds", noting(lambda one, *_: f"runs {one}", lambda one, *_: runs[one]))
     reproduce(Study(seed=1, seeds=3), only=[name])
     assert ran == needs
 
