@@ -120,6 +120,7 @@ def test_gaps_shrink_round_by_round():
 def test_the_tube_holds_the_best_motion():
     plan = sm.plan(KNOWN["bezier from 0.3"][0], sm.Global(gap=1e-4))
     for part in plan.certificate.tube:
+        assert np.ptp(np.concatenate([part.a, part.b]), axis=0).max() < 0.5  # of turns: what is dearer was dropped
         q = plan(part.r)
         step = part.b - part.a
         d = q - part.a
