@@ -21,6 +21,8 @@ BLOCK = 16  # cells that are looked at together before each by itself
 _CLOSE = 1e-4  # of a cell's length: a proposal that is off by so much in s is off by its square in value
 _CLOSER = 1e-7  # the same for a tangent plane, which is off by so much itself
 _ROWS = 12  # of work arrays
+_SAFELY = 1e-12  # relative, what second-order terms are lowered by: far more than their rounding
+_LEAST_PART, _MOST_PART = 1e-3, 0.5  # of what c bends, given up so that deviations lose less
 
 
 @kernel
@@ -74,43 +76,43 @@ def chord(kind: int, d: FloatArray, h: float, w: FloatArray, g: FloatArray, bend
 @kernel
 def best_along(
     kind: int, h: float, w: FloatArray, y: FloatArray, a: FloatArray, step: FloatArray, va: float, vb: float,
-    first: float, last: float, d: FloatArray, g: FloatArray, bend: FloatArray,
+    sag: float, d: FloatArray, g: FloatArray, bend: FloatArray,
 ) -> tuple[float, float]:  # fmt: skip
-    """Minimise ``(1 − s) va + s vb + c(y − a − s·step; h)`` over s in [first, last]; return value and s."""
+    """Minimise ``(1 − s) va + s vb − ½ sag s (1 − s) + c(y − a − s·step; h)`` over s in [0, 1]; return value and s."""
     n = len(y)
-    best, at = np.inf, first
+    best, at = np.inf, 0.0
     if kind == L1:
         for k in range(n + 2):
             if k < n and step[k] == 0.0:
                 continue
-            s = first if k == n else last if k > n else min(max((y[k] - a[k]) / step[k], first), last)
+            s = 0.0 if k == n else 1.0 if k > n else min(max((y[k] - a[k]) / step[k], 0.0), 1.0)
             for i in range(n):
                 d[i] = y[i] - a[i] - s * step[i]
             value = va + s * (vb - va) + cost(kind, d, h, w)
             if value < best:
                 best, at = value, s
     else:
-        low, high, s = first, last, min(max(0.5, first), last)
+        low, high, s = 0.0, 1.0, 0.5
         for _ in range(25):
             for i in range(n):
                 d[i] = y[i] - a[i] - s * step[i]
             length, factor = chord(kind, d, h, w, g, bend)
-            value = va + s * (vb - va) + length
+            value = va + s * (vb - va) - 0.5 * sag * s * (1.0 - s) + length
             if value < best:
                 best, at = value, s
-            along, curved = 0.0, 0.0
+            along, curved = 0.0, sag
             for i in range(n):
                 along += g[i] * step[i]
                 curved += bend[i] * step[i] * step[i]
-            slope = vb - va - along
+            slope = vb - va - sag * (0.5 - s) - along
             curved -= factor * along * along
             if slope > 0.0:
                 high = s
             else:
                 low = s
-            new = s - slope / curved if curved > 0.0 else (first if slope > 0.0 else last)
-            new = min(max(new, first), last)
-            if (new < low or new > high) or (new != first and new != last and abs(new - s) > 0.75 * (last - first)):
+            new = s - slope / curved if curved > 0.0 else (0.0 if slope > 0.0 else 1.0)
+            new = min(max(new, 0.0), 1.0)
+            if (new < low or new > high) or (new != 0.0 and new != 1.0 and abs(new - s) > 0.75):
                 new = 0.5 * (low + high)
             if abs(new - s) <= _CLOSE:
                 break
@@ -122,72 +124,50 @@ def best_along(
 
 
 @kernel
-def at_node(
-    kind: int, h: float, w: FloatArray, wraps: BoolArray, x: FloatArray, value: float, y: FloatArray, d: FloatArray
-) -> float:
-    """Return the value with which posture y is reached from posture x."""
-    for i in range(len(y)):
-        d[i] = y[i] - x[i]
-        if wraps[i]:
-            d[i] -= TAU * np.rint(d[i] / TAU)
-    return value + cost(kind, d, h, w)
-
-
-@kernel
 def propose(
     kind: int, h: float, w: FloatArray, wraps: BoolArray, a: FloatArray, b: FloatArray, v: FloatArray,
-    joined: BoolArray, reach: FloatArray, middle: FloatArray, room: FloatArray, lowest: FloatArray,
+    sag: FloatArray, middle: FloatArray, room: FloatArray, lowest: FloatArray,
     y: FloatArray, near: int, g: FloatArray, work: FloatArray,
 ) -> tuple[float, int, float]:  # fmt: skip
     """Return the least value with which posture y can be reached from cells, the cell and its s; fill in ∇c there.
 
-    ``reach[k]`` are the s to which cell k may be prolonged (below 0, above 1) where it ends without need. Blocks of
-    cells (middle, room, lowest) that can do no better than cell `near` are not looked into.
+    Cell `near` is likely to be that cell. Blocks of cells (middle, room, lowest), and cells, that can do no better than
+    what is found are not looked into.
     """
     m, n = a.shape
     d, step, shifted, trial, bend, none = work[0], work[1], work[2], work[3], work[4], work[5]
-    for i in range(n):
-        none[i] = 0.0
+    halfway, half = work[6], work[7]
     still = 0.0
     for i in range(n):
+        none[i] = 0.0
         still += w[i] * h
-    best, at, end = at_node(kind, h, w, wraps, a[near], v[near, 0], y, d), near, 0
-    value = at_node(kind, h, w, wraps, b[near], v[near, 1], y, d)
-    if value < best:
-        best, end = value, 1
-    for block in range(len(lowest)):
-        short, square = distance(y, y, none, middle[block], room[block], wraps, w, step, shifted)
-        if is_far(kind, short, square, still, best - lowest[block]):
-            continue
-        for k in range(block * BLOCK, min(block * BLOCK + BLOCK, m)):
-            value = at_node(kind, h, w, wraps, a[k], v[k, 0], y, d)
-            if value < best:
-                best, at, end = value, k, 0
-            if k + 1 == m or not joined[k + 1]:
-                value = at_node(kind, h, w, wraps, b[k], v[k, 1], y, d)
-                if value < best:
-                    best, at, end = value, k, 1
-    if end == 1 and at + 1 < m and joined[at + 1]:
-        at, end = at + 1, 0
-    result, cell, place = np.inf, at, 0.0
-    for other in range(2):
-        k = at
-        if other == 1:
-            if end == 0 and joined[at]:
-                k = at - 1
-            else:
-                break
-        for i in range(n):
-            step[i] = b[k, i] - a[k, i]
-            x = y[i] - 0.5 * (a[k, i] + b[k, i])
-            shifted[i] = y[i] - (TAU * np.rint(x / TAU) if wraps[i] else 0.0)
-        value, s = best_along(
-            kind, h, w, shifted, a[k], step, v[k, 0], v[k, 1], reach[k, 0], reach[k, 1], d, trial, bend
-        )
-        if value < result:
-            result, cell, place = value, k, s
+    result, cell, place = np.inf, near, 0.0
+    for block in range(-1, len(lowest)):
+        first, last = block * BLOCK, min(block * BLOCK + BLOCK, m)
+        if block < 0:
+            first, last = near, near + 1
+        else:
+            short, square = distance(y, y, none, middle[block], room[block], wraps, w, step, shifted)
+            if is_far(kind, short, square, still, result - lowest[block]):
+                continue
+        for k in range(first, last):
+            if block >= 0:
+                if k == near:
+                    continue
+                for i in range(n):
+                    halfway[i], half[i] = 0.5 * (a[k, i] + b[k, i]), 0.5 * abs(b[k, i] - a[k, i])
+                short, square = distance(y, y, none, halfway, half, wraps, w, step, shifted)
+                if is_far(kind, short, square, still, result - min(v[k, 0], v[k, 1]) + 0.125 * sag[k]):
+                    continue
             for i in range(n):
-                g[i] = trial[i]
+                step[i] = b[k, i] - a[k, i]
+                x = y[i] - 0.5 * (a[k, i] + b[k, i])
+                shifted[i] = y[i] - (TAU * np.rint(x / TAU) if wraps[i] else 0.0)
+            value, s = best_along(kind, h, w, shifted, a[k], step, v[k, 0], v[k, 1], sag[k], d, trial, bend)
+            if value < result:
+                result, cell, place = value, k, s
+                for i in range(n):
+                    g[i] = trial[i]
     return result, cell, place
 
 
@@ -200,19 +180,23 @@ def plane_least(value: float, by_s: float, by_t: float, s: float, t: float) -> f
 @kernel
 def shortfall(
     kind: int, h: float, w: FloatArray, d0: FloatArray, stepa: FloatArray, stepb: FloatArray,
-    va: float, vb: float, wa: float, wb: float, ga: FloatArray, gb: FloatArray, deva: FloatArray, devb: FloatArray,
+    va: float, vb: float, sag: float, wa: float, wb: float, sagging: float,
+    ga: FloatArray, gb: FloatArray, deva: FloatArray, devb: FloatArray,
     enough: float, d: FloatArray, g: FloatArray, bend: FloatArray,
 ) -> float:  # fmt: skip
     """Return a lower bound of the residual of a pair of cells,
 
-    ``(1 − s) va + s vb + ga·e + c(d0 + t·stepb + f − s·stepa − e; h) − (1 − t) wa − t wb − gb·f``,
+    ``V(s) + ga·e + c(d0 + t·stepb + f − s·stepa − e; h) − W(t) − gb·f``,
 
-    over 0 ≤ s, t ≤ 1, |e| ≤ deva, |f| ≤ devb. It is convex in all of them, so every tangent plane bounds it from below;
-    Newton's method only looks for a good one. The search ends where the bound is above `enough`.
+    over 0 ≤ s, t ≤ 1, |e| ≤ deva, |f| ≤ devb, with ``V(s) = (1 − s) va + s vb − ½ sag s (1 − s)`` and
+    ``W(t) = (1 − t) wa + t wb − ½ sagging t (1 − t)``. As far as c bends more than W sags, it is convex in (s, t), so
+    every tangent plane bounds it from below; Newton's method only looks for a good one. The rest of what W sags is
+    dropped, which lowers the residual. The search ends where the bound is above `enough`.
     """
     n = len(d0)
     if kind == L1:
-        return shortfall_l1(w, d0, stepa, stepb, va, vb, wa, wb, ga, gb, deva, devb)
+        return shortfall_l1(w, d0, stepa, stepb, va, vb, wa, wb, ga, gb, deva, devb) - (0.125 + ROUNDING) * sag
+    sagging, loss = carried_sag(kind, h, w, d0, stepa, stepb, sag, sagging, deva, devb)
     s, t, best, before, trials = 0.5, 0.5, -np.inf, np.inf, 0
     s0, t0, ds, dt = s, t, 0.0, 0.0
     for _ in range(30):
@@ -220,14 +204,15 @@ def shortfall(
             d[i] = d0[i] + t * stepb[i] - s * stepa[i]
         length, factor = chord(kind, d, h, w, g, bend)
         value = va + s * (vb - va) - wa - t * (wb - wa) + length
-        along_a, along_b, lost = 0.0, 0.0, 0.0
-        size = abs(va) + abs(vb) + abs(wa) + abs(wb) + length
+        value += 0.5 * (sagging * t * (1.0 - t) - sag * s * (1.0 - s))
+        along_a, along_b, lost = 0.0, 0.0, loss
+        size = abs(va) + abs(vb) + abs(wa) + abs(wb) + length + sag + sagging + loss
         for i in range(n):
             along_a += g[i] * stepa[i]
             along_b += g[i] * stepb[i]
             lost += abs(g[i] - ga[i]) * deva[i] + abs(g[i] - gb[i]) * devb[i]
             size += abs(g[i]) * (abs(d0[i]) + abs(stepa[i]) + abs(stepb[i]))
-        by_s, by_t = vb - va - along_a, wa - wb + along_b
+        by_s, by_t = vb - va - sag * (0.5 - s) - along_a, wa - wb + sagging * (0.5 - t) + along_b
         bound = plane_least(value, by_s, by_t, s, t) - lost - ROUNDING * size
         best = max(best, bound)
         if best >= enough:
@@ -236,7 +221,8 @@ def shortfall(
             ds, dt, trials = 0.5 * ds, 0.5 * dt, trials + 1
         else:
             s0, t0, before, trials = s, t, value, 0
-            hss, hst, htt = -factor * along_a * along_a, factor * along_a * along_b, -factor * along_b * along_b
+            hss, hst = sag - factor * along_a * along_a, factor * along_a * along_b
+            htt = -sagging - factor * along_b * along_b
             for i in range(n):
                 hss += bend[i] * stepa[i] * stepa[i]
                 hst -= bend[i] * stepa[i] * stepb[i]
@@ -246,6 +232,40 @@ def shortfall(
             break
         s, t = min(max(s0 + ds, 0.0), 1.0), min(max(t0 + dt, 0.0), 1.0)
     return best
+
+
+@kernel
+def carried_sag(
+    kind: int, h: float, w: FloatArray, d0: FloatArray, stepa: FloatArray, stepb: FloatArray,
+    sag: float, sagging: float, deva: FloatArray, devb: FloatArray,
+) -> tuple[float, float]:  # fmt: skip
+    """Return how much of `sagging` the residual of :func:`shortfall` stays convex with, and what that costs it.
+
+    With B ≤ ∇²c wherever d may be, ``c(d + x + ε) ≥ c(d) + ∇c(d)·(x + ε) + ½(1 − θ)|x|² − ½(1/θ − 1)|ε|²`` in the norm
+    of B, for every θ in (0, 1]. In (s, t) the second-order terms are positive semidefinite as long as `sagging` is at
+    most the Schur complement.
+    """
+    if kind != TRAVEL or sagging <= 0.0:
+        return 0.0, 0.0
+    hss, hst, htt, loose = 0.0, 0.0, 0.0, 0.0
+    for i in range(len(d0)):
+        low = d0[i] + min(stepb[i], 0.0) - max(stepa[i], 0.0)
+        high = d0[i] + max(stepb[i], 0.0) - min(stepa[i], 0.0)
+        off = deva[i] + devb[i]
+        far = max(abs(low), abs(high)) + off
+        square = h * h + far * far
+        bend = (1.0 - _SAFELY) * w[i] * h * h / (square * np.sqrt(square))
+        hss += bend * stepa[i] * stepa[i]
+        hst -= bend * stepa[i] * stepb[i]
+        htt += bend * stepb[i] * stepb[i]
+        loose += bend * off * off
+    part = min(max(2.0 * np.sqrt(loose * htt) / sagging, _LEAST_PART), _MOST_PART)  # θ: about where both lose least
+    whole = (1.0 - part) * hss + sag
+    schur = (1.0 - part) * (htt - ((1.0 - part) * hst * hst / whole if whole > 0.0 else 0.0))
+    kept = min(sagging, schur - _SAFELY * htt)
+    if kept <= 0.0:
+        return 0.0, 0.0
+    return kept, 0.5 * (1.0 / part - 1.0) * loose * (1.0 + _SAFELY)
 
 
 @kernel
@@ -355,8 +375,8 @@ def is_far(kind: int, short: float, square: float, still: float, need: float) ->
 
 @kernel
 def blocks_of(
-    wraps: BoolArray, a: FloatArray, b: FloatArray, dev: FloatArray, v: FloatArray, g: FloatArray, lost: FloatArray,
-    middle: FloatArray, room: FloatArray, lowest: FloatArray, gain: FloatArray,
+    wraps: BoolArray, a: FloatArray, b: FloatArray, dev: FloatArray, v: FloatArray, sag: FloatArray, g: FloatArray,
+    lost: FloatArray, middle: FloatArray, room: FloatArray, lowest: FloatArray, gain: FloatArray,
 ) -> None:  # fmt: skip
     """Box every BLOCK cells: middle ± room (blocks, n), their lowest value, and by how much one could undercut."""
     m, n = a.shape
@@ -373,7 +393,7 @@ def blocks_of(
                     x -= TAU * np.rint(x / TAU)
                 room[block, i] = max(room[block, i], abs(x) + 0.5 * abs(b[k, i] - a[k, i]) + dev[k, i])
                 loose += abs(g[k, i]) * dev[k, i]
-            least = min(v[k, 0], v[k, 1])
+            least = min(v[k, 0], v[k, 1]) - 0.125 * sag[k]
             lowest[block] = min(lowest[block], least)
             value = lost[k] + loose - least
             gain[block] = max(gain[block], value + ROUNDING * (abs(least) + abs(lost[k]) + loose))
@@ -384,8 +404,8 @@ def blocks_of(
 @kernel
 def pair(
     kind: int, h: float, w: FloatArray, wraps: BoolArray,
-    a: FloatArray, b: FloatArray, dev: FloatArray, va: float, vb: float, g: FloatArray, lost: float,
-    ya: FloatArray, yb: FloatArray, ydev: FloatArray, wa: float, wb: float, slopes: FloatArray,
+    a: FloatArray, b: FloatArray, dev: FloatArray, va: float, vb: float, sag: float, g: FloatArray, lost: float,
+    ya: FloatArray, yb: FloatArray, ydev: FloatArray, wa: float, wb: float, sagging: float, slopes: FloatArray,
     worst: float, still: float, most: float, work: FloatArray,
 ) -> float:  # fmt: skip
     """Return the larger of `worst` and what the new cell must lose for the sake of an old one."""
@@ -397,7 +417,7 @@ def pair(
         around[i] = 0.5 * abs(b[i] - a[i]) + dev[i]
         loose += abs(g[i]) * dev[i]
     short, square = distance(ya, yb, ydev, halfway, around, wraps, w, center, spread)
-    least = min(va, vb)
+    least = min(va, vb) - 0.125 * sag
     need = most - least + loose + lost - worst
     need += ROUNDING * (abs(most) + abs(least) + loose + abs(lost) + abs(worst))
     if is_far(kind, short, square, still, need):
@@ -417,7 +437,7 @@ def pair(
                 left //= 2
             d0[i] = x + 0.5 * (stepa[i] - stepb[i])
         found = shortfall(
-            kind, h, w, d0, stepa, stepb, va, vb, wa, wb, g, slopes, dev, ydev, lost - worst,
+            kind, h, w, d0, stepa, stepb, va, vb, sag, wa, wb, sagging, g, slopes, dev, ydev, lost - worst,
             work[7], work[8], work[9],
         )  # fmt: skip
         worst = max(worst, lost - found)
@@ -425,95 +445,181 @@ def pair(
 
 
 @kernel
+def lost_by(
+    kind: int, h: float, w: FloatArray, wraps: BoolArray,
+    a: FloatArray, b: FloatArray, dev: FloatArray, v: FloatArray, sag: FloatArray, g: FloatArray, lost: FloatArray,
+    middle: FloatArray, room: FloatArray, gain: FloatArray, near: int,
+    ya: FloatArray, yb: FloatArray, ydev: FloatArray, wa: float, wb: float, sagging: float, slopes: FloatArray,
+    still: float, work: FloatArray,
+) -> float:  # fmt: skip
+    """Return what a new cell must lose for the sake of all old ones; `near` is likely to be the worst of them."""
+    most = max(wa, wb)
+    for i in range(len(w)):
+        most += abs(slopes[i]) * ydev[i]
+    most += ROUNDING * abs(most)
+    worst = pair(
+        kind, h, w, wraps, a[near], b[near], dev[near], v[near, 0], v[near, 1], sag[near], g[near], lost[near],
+        ya, yb, ydev, wa, wb, sagging, slopes, -np.inf, still, most, work,
+    )  # fmt: skip
+    for block in range(len(gain)):
+        need = (most + gain[block] - worst) + ROUNDING * (abs(gain[block]) + abs(worst))
+        short, square = distance(ya, yb, ydev, middle[block], room[block], wraps, w, work[0], work[1])
+        if is_far(kind, short, square, still, need):
+            continue
+        for j in range(block * BLOCK, min(block * BLOCK + BLOCK, len(a))):
+            worst = pair(
+                kind, h, w, wraps, a[j], b[j], dev[j], v[j, 0], v[j, 1], sag[j], g[j], lost[j],
+                ya, yb, ydev, wa, wb, sagging, slopes, worst, still, most, work,
+            )  # fmt: skip
+    return worst
+
+
+@kernel
+def extend(
+    yjoined: BoolArray, ya: FloatArray, yb: FloatArray, cut: BoolArray, values: FloatArray, slopes: FloatArray,
+    smooth: bool,
+) -> None:  # fmt: skip
+    """Lower values at nodes that are `cut` off from where they come from to those that go on from their neighbours.
+
+    Arrays are by cell and end: cut and values (m, 2), slopes (m, 2, n). If `smooth`, slopes change on as they did. A
+    proposal may be anything; this one bends so little that little of it is lost.
+    """
+    m, n = ya.shape
+    for way in range(2):
+        good, bad = way, 1 - way
+        for j in range(m):
+            k = j if way == 0 else m - 1 - j
+            behind = k - 1 + 2 * way
+            joined = 0 <= behind < m and yjoined[k + way]
+            if joined and not cut[behind, bad]:
+                values[k, good], cut[k, good] = values[behind, bad], False
+                slopes[k, good] = slopes[behind, bad]
+            if cut[k, good] or not cut[k, bad]:
+                continue
+            length, before, rise = 0.0, 0.0, 0.0
+            for i in range(n):
+                length += (yb[k, i] - ya[k, i]) ** 2
+                if joined:
+                    before += (yb[behind, i] - ya[behind, i]) ** 2
+            part = np.sqrt(length / before) if smooth and before > 0.0 else 0.0
+            for i in range(n):
+                slope = slopes[k, good, i]
+                slopes[k, bad, i] = slope + part * (slope - slopes[behind, good, i] if joined else 0.0)
+                rise += 0.5 * (slope + slopes[k, bad, i]) * (yb[k, i] - ya[k, i]) * (1 - 2 * way)
+            values[k, bad], cut[k, bad] = min(values[k, bad], values[k, good] + rise), False
+
+
+@kernel
 def step_values(
     kind: int, h: float, w: FloatArray, wraps: BoolArray,
-    a: FloatArray, b: FloatArray, dev: FloatArray, v: FloatArray, g: FloatArray, lost: FloatArray,
-    joined: BoolArray, reach: FloatArray,
+    a: FloatArray, b: FloatArray, dev: FloatArray, v: FloatArray, sag: FloatArray, g: FloatArray, lost: FloatArray,
+    severed: BoolArray, extended: bool,
     ya: FloatArray, yb: FloatArray, ydev: FloatArray, yjoined: BoolArray,
-    out: FloatArray, slopes: FloatArray, out_lost: FloatArray,
+    out: FloatArray, sagging: FloatArray, slopes: FloatArray, out_lost: FloatArray,
 ) -> None:  # fmt: skip
-    """Carry values from the cells of one slice (a, b, dev, with v, g, lost) to those of the next (ya, yb, ydev).
+    """Carry values from the cells of one slice (a, b, dev, with v, sag, g, lost) to those of the next (ya, yb, ydev).
 
-    Proposes values `out` (m, 2) at the ends of the new cells, with `slopes` (m, n), and finds how much each cell must
-    lose, `out_lost` (m,), so that no pair falls short: the proved value is the proposed one less what is lost.
+    Proposes values `out` (m, 2) at the ends of the new cells, how they sag between, `sagging` (m,), and `slopes`
+    (m, n), and finds how much each cell must lose, `out_lost` (m,), so that no pair falls short: the proved value is
+    the proposed one less what is lost. If `extended`, proposals go on smoothly where the tube is cut off, ends of cells
+    where it goes on being `severed`.
     """
     m, n = a.shape
     count = len(ya)
     work = np.empty((_ROWS, n))
     blocks = (m + BLOCK - 1) // BLOCK
     middle, room, lowest, gain = np.empty((blocks, n)), np.empty((blocks, n)), np.empty(blocks), np.empty(blocks)
-    blocks_of(wraps, a, b, dev, v, g, lost, middle, room, lowest, gain)
-    one, two = np.empty(n), np.empty(n)
-    near = np.zeros(count, np.int64)
-    still = w.sum() * h
+    blocks_of(wraps, a, b, dev, v, sag, g, lost, middle, room, lowest, gain)
+    near, sources = 0, np.zeros(count, np.int64)
+    ends, cut = np.empty((count, 2, n)), np.zeros((count, 2), np.bool_)
     for k in range(count):
-        near[k] = near[k - 1] if k > 0 else 0
-        if k > 0 and yjoined[k]:
-            out[k, 0] = out[k - 1, 1]
-            one[:] = two
-        else:
-            out[k, 0], near[k], _ = propose(
-                kind, h, w, wraps, a, b, v, joined, reach, middle, room, lowest, ya[k], near[k], one, work
-            )
-        out[k, 1], near[k], _ = propose(
-            kind, h, w, wraps, a, b, v, joined, reach, middle, room, lowest, yb[k], near[k], two, work
-        )
-        for i in range(n):
-            slopes[k, i] = 0.5 * (one[i] + two[i])
-    still *= 1.0 - ROUNDING
-    for k in range(count):
-        most = max(out[k, 0], out[k, 1])
-        for i in range(n):
-            most += abs(slopes[k, i]) * ydev[k, i]
-        most += ROUNDING * abs(most)
-        # The pair that is likely to lose most comes first.
-        j = near[k]
-        worst = pair(
-            kind, h, w, wraps, a[j], b[j], dev[j], v[j, 0], v[j, 1], g[j], lost[j],
-            ya[k], yb[k], ydev[k], out[k, 0], out[k, 1], slopes[k], -np.inf, still, most, work,
-        )  # fmt: skip
-        for block in range(blocks):
-            need = (most + gain[block] - worst) + ROUNDING * (abs(gain[block]) + abs(worst))
-            short, square = distance(ya[k], yb[k], ydev[k], middle[block], room[block], wraps, w, work[0], work[1])
-            if is_far(kind, short, square, still, need):
+        for end in range(2):
+            if end == 0 and k > 0 and yjoined[k]:
+                out[k, 0], cut[k, 0] = out[k - 1, 1], cut[k - 1, 1]
+                ends[k, 0] = ends[k - 1, 1]
                 continue
-            for j in range(block * BLOCK, min(block * BLOCK + BLOCK, m)):
-                worst = pair(
-                    kind, h, w, wraps, a[j], b[j], dev[j], v[j, 0], v[j, 1], g[j], lost[j],
-                    ya[k], yb[k], ydev[k], out[k, 0], out[k, 1], slopes[k], worst, still, most, work,
-                )  # fmt: skip
-        out_lost[k] = worst
+            out[k, end], near, s = propose(
+                kind, h, w, wraps, a, b, v, sag, middle, room, lowest,
+                ya[k] if end == 0 else yb[k], near, ends[k, end], work,
+            )  # fmt: skip
+            cut[k, end] = (s == 0.0 and severed[near, 0]) or (s == 1.0 and severed[near, 1])
+        sources[k] = near
+    if extended:
+        extend(yjoined, ya, yb, cut, out, ends, kind == TRAVEL)
+    still = w.sum() * h * (1.0 - ROUNDING)
+    for k in range(count):
+        sagging[k] = 0.0
+        for i in range(n):
+            slopes[k, i] = 0.5 * (ends[k, 0, i] + ends[k, 1, i])
+            sagging[k] += (ends[k, 1, i] - ends[k, 0, i]) * (yb[k, i] - ya[k, i])
+        sagging[k] = max(sagging[k], 0.0) if kind == TRAVEL else 0.0
+        out_lost[k] = lost_by(
+            kind, h, w, wraps, a, b, dev, v, sag, g, lost, middle, room, gain, sources[k],
+            ya[k], yb[k], ydev[k], out[k, 0], out[k, 1], sagging[k], slopes[k], still, work,
+        )  # fmt: skip
 
 
 @kernel
 def source_of(
     kind: int, h: float, w: FloatArray, wraps: BoolArray, a: FloatArray, b: FloatArray, v: FloatArray,
-    joined: BoolArray, y: FloatArray,
+    sag: FloatArray, y: FloatArray,
 ) -> tuple[int, float]:  # fmt: skip
     """Return the cell, and s in it, from which posture y is reached most cheaply."""
     m, n = a.shape
     blocks, zero = (m + BLOCK - 1) // BLOCK, np.zeros(m)
     middle, room, lowest, gain = np.empty((blocks, n)), np.empty((blocks, n)), np.empty(blocks), np.empty(blocks)
-    blocks_of(wraps, a, b, np.zeros((m, n)), v, np.zeros((m, n)), zero, middle, room, lowest, gain)
-    reach = np.zeros((m, 2))
-    reach[:, 1] = 1.0
-    _, cell, s = propose(
-        kind, h, w, wraps, a, b, v, joined, reach, middle, room, lowest, y, 0, np.empty(n), np.empty((_ROWS, n))
-    )
+    blocks_of(wraps, a, b, np.zeros((m, n)), v, sag, np.zeros((m, n)), zero, middle, room, lowest, gain)
+    _, cell, s = propose(kind, h, w, wraps, a, b, v, sag, middle, room, lowest, y, 0, np.empty(n), np.empty((_ROWS, n)))
     return cell, s
 
 
 @kernel
-def least_through(
-    dev: FloatArray, forward: FloatArray, slopes: FloatArray, lost: FloatArray,
-    backward: FloatArray, back_slopes: FloatArray, back_lost: FloatArray, out: FloatArray,
+def least_to(
+    kind: int, h: float, w: FloatArray, wraps: BoolArray,
+    a: FloatArray, b: FloatArray, dev: FloatArray, v: FloatArray, sag: FloatArray, g: FloatArray, lost: FloatArray,
+    ya: FloatArray, yb: FloatArray, ydev: FloatArray, out: FloatArray,
 ) -> None:  # fmt: skip
-    """Fill in, per cell, the least cost of a motion through it: both values at its ends, less what is lost."""
+    """Fill in, per cell of the next slice, a bound on the cost of motions that arrive there: cells are boxes here.
+
+    A cell's least value and the chord over the gaps between two boxes are less than what :func:`step_values` finds, at
+    a small part of its cost.
+    """
+    m, n = a.shape
+    middle, room, lowest, apart = np.empty((m, n)), np.empty((m, n)), np.empty(m), np.empty(n)
+    for j in range(m):
+        loose, size = 0.0, 0.0
+        for i in range(n):
+            middle[j, i], room[j, i] = 0.5 * (a[j, i] + b[j, i]), 0.5 * abs(b[j, i] - a[j, i]) + dev[j, i]
+            loose += abs(g[j, i]) * dev[j, i]
+        least = min(v[j, 0], v[j, 1])
+        size = abs(least) + sag[j] + loose + abs(lost[j])
+        lowest[j] = least - 0.125 * sag[j] - loose - lost[j] - ROUNDING * size
+    for k in range(len(ya)):
+        out[k] = np.inf
+        for j in range(m):
+            for i in range(n):
+                x = 0.5 * (ya[k, i] + yb[k, i]) - middle[j, i]
+                if wraps[i]:
+                    x -= TAU * np.rint(x / TAU)
+                apart[i] = max(abs(x) - (0.5 * abs(yb[k, i] - ya[k, i]) + ydev[k, i] + room[j, i]), 0.0)
+            length = cost(kind, apart, h, w)
+            out[k] = min(out[k], lowest[j] + length - ROUNDING * (abs(lowest[j]) + length))
+
+
+@kernel
+def least_through(
+    dev: FloatArray, forward: FloatArray, sag: FloatArray, slopes: FloatArray, lost: FloatArray,
+    backward: FloatArray, back_sag: FloatArray, back_slopes: FloatArray, back_lost: FloatArray, out: FloatArray,
+) -> None:  # fmt: skip
+    """Fill in, per cell, the least cost of a motion through it: both values, where their sum is least, less losses."""
     m, n = slopes.shape
     for k in range(m):
         less, size = lost[k] + back_lost[k], abs(lost[k]) + abs(back_lost[k])
         for i in range(n):
             less += abs(slopes[k, i] + back_slopes[k, i]) * dev[k, i]
             size += (abs(slopes[k, i]) + abs(back_slopes[k, i])) * dev[k, i]
-        at_a, at_b = forward[k, 0] + backward[k, 0], forward[k, 1] + backward[k, 1]
-        out[k] = min(at_a, at_b) - less - ROUNDING * (abs(at_a) + abs(at_b) + size)
+        at_a, at_b, both = forward[k, 0] + backward[k, 0], forward[k, 1] + backward[k, 1], sag[k] + back_sag[k]
+        least, step = min(at_a, at_b), at_b - at_a
+        if abs(step) < 0.5 * both:  # the parabola is least between the ends
+            least = 0.5 * (at_a + at_b) - 0.125 * both - 0.5 * step * step / both
+        out[k] = least - less - ROUNDING * (abs(at_a) + abs(at_b) + both + size)

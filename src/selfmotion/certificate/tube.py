@@ -13,16 +13,17 @@ from typing import NamedTuple
 import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray
-from selfmotion.angles import TAU
+from selfmotion.angles import TAU, wrap
 from selfmotion.arms.cells import Cells, Cover
 from selfmotion.certificate import _kernels
 
 _KINDS = {"joint_travel": _kernels.TRAVEL, "l1": _kernels.L1, "l2": _kernels.L2}
-_STRETCH = 4.0  # slab widths [rad] by which a tube's artificial ends are prolonged in proposals
+_HOLE = 16  # cells of the holes in a tube that are filled, more between longer runs
 _COARSE = 0.3  # spacing at which a new slice is looked at first [rad]
 _THREADS = 2
 _ROUNDING = 1e-12  # of angles [rad]
-_FINER = 4.0  # what one look divides the spacing by
+_SAME = 1e-9  # how near the ends of cells are that continue each other [rad]
+_FINER = 8.0  # what one look divides the spacing by
 
 
 class OutOfTimeError(Exception):
@@ -31,18 +32,19 @@ class OutOfTimeError(Exception):
 
 @dataclass(frozen=True)
 class Values:
-    """A value function on m cells: proposed values at both ends, slopes, and what of them is not proved.
+    """A value function on m cells: proposed values at both ends, how they sag between, slopes, and what is not proved.
 
     The cost of every motion that arrives at posture ``(1 − s) a + s b + e`` of cell k is at least
-    ``(1 − s) v[k, 0] + s v[k, 1] + g[k]·e − lost[k]``.
+    ``(1 − s) v[k, 0] + s v[k, 1] − ½ sag[k] s (1 − s) + g[k]·e − lost[k]``, and sag ≥ 0.
     """
 
     v: FloatArray
+    sag: FloatArray
     g: FloatArray
     lost: FloatArray
 
     def __getitem__(self, rows: BoolArray) -> Values:
-        return Values(self.v[rows], self.g[rows], self.lost[rows])
+        return Values(self.v[rows], self.sag[rows], self.g[rows], self.lost[rows])
 
 
 @dataclass
@@ -61,18 +63,43 @@ class Slice:
     least: FloatArray | None = None
     """The least cost of a motion through each cell, shape (m,)."""
 
+    def filled(self, rows: BoolArray) -> BoolArray:
+        """Return `rows` and the cells in holes between them that are narrow: values are sharper without holes."""
+        rows = rows.copy()
+        changes = np.flatnonzero(rows[1:] != rows[:-1]) + 1
+        bounds = [0, *changes.tolist(), len(rows)]
+        for k in range(1, len(bounds) - 2):
+            first, last = bounds[k], bounds[k + 1]
+            widest = max(_HOLE, first - bounds[k - 1], bounds[k + 2] - last)
+            if not rows[first] and last - first <= widest and self.joined[first : last + 1].all():
+                rows[first:last] = True
+        return rows
+
     def kept(self, rows: BoolArray) -> Slice:
         """Return the slice with some of its cells only."""
         before = self.joined & np.append(False, rows[:-1])
         after = np.append(self.joined[1:] & rows[1:], False)
         lost = np.column_stack([self.joined & ~before, np.append(self.joined[1:], False) & ~after])
         severed = self.severed | lost
+        self._sever_at_seams(rows, severed)
         one, two, least = self.forward, self.backward, self.least
         return Slice(
             self.r, self.cells[rows], before[rows], severed[rows], self.fixed,
             None if one is None else one[rows], None if two is None else two[rows],
             None if least is None else least[rows],
         )  # fmt: skip
+
+    def _sever_at_seams(self, rows: BoolArray, severed: BoolArray) -> None:
+        """Mark the kept ends of pieces that went on in cells of other pieces which are dropped."""
+        ends = np.column_stack([~self.joined, ~np.append(self.joined[1:], False)]) & ~severed & rows[:, None]
+        cell, end = np.nonzero(ends)
+        if rows.all() or len(cell) == 0:
+            return
+        q = np.where((end == 0)[:, None], self.cells.a[cell], self.cells.b[cell])
+        gone = self.cells[~rows]
+        room = 0.5 * np.abs(gone.b - gone.a) + gone.dev + _SAME
+        inside = np.abs(wrap(q[:, None] - 0.5 * (gone.a + gone.b))) <= room
+        severed[cell, end] = np.any(np.all(inside, axis=2), axis=1)
 
 
 class Setting(NamedTuple):
@@ -163,7 +190,7 @@ class Tube:
         """Drop the cells that no motion cheaper than `threshold` passes."""
         for k, part in enumerate(self.slices):
             assert part.least is not None
-            self.slices[k] = part.kept(part.least <= threshold)
+            self.slices[k] = part.kept(part.filled(part.least <= threshold))
 
     def refined(self, slabs: BoolArray, spacing: FloatArray, threshold: float, deadline: float = np.inf) -> Tube:
         """Return the tube with a new slice in the middle of each chosen slab.
@@ -213,7 +240,7 @@ class Tube:
             assert values is not None
             cell, s = _kernels.source_of(
                 _KINDS[self.setting.objective], two.r - one.r, self.setting.weights, wraps, cells.a, cells.b,
-                values.v, one.joined, q[-1],
+                values.v - values.lost[:, None], values.sag, q[-1],
             )  # fmt: skip
             x = cells.a[cell] + s * (cells.b[cell] - cells.a[cell])
             q.append(x + np.where(wraps, TAU * np.rint((q[-1] - x) / TAU), 0.0))
@@ -225,13 +252,26 @@ class Tube:
         now, r = _COARSE, 0.5 * (one.r + two.r)
         new = self._slice(r, self.setting.cover.cells(self.setting.task(r), now))
         while True:
-            new.forward = self._carried(one, one.forward, new, deadline, stretched=False)
-            new.backward = self._carried(two, two.backward, new, deadline, stretched=False)
-            new = new.kept(np.asarray(self._least(new) <= threshold))
+            new = new.kept(
+                new.filled(self._by_boxes(one, one.forward, new) + self._by_boxes(two, two.backward, new) <= threshold)
+            )
             if now <= spacing or len(new.cells) == 0:
-                return new
+                break
             now = max(now / _FINER, spacing)
             new = self._split(new, now)
+        new.forward = self._carried(one, one.forward, new, deadline, extended=False)
+        new.backward = self._carried(two, two.backward, new, deadline, extended=False)
+        return new.kept(new.filled(np.asarray(self._least(new) <= threshold)))
+
+    def _by_boxes(self, one: Slice, values: Values | None, two: Slice) -> FloatArray:
+        """Return a cheap bound on the cost of motions that arrive at the cells of a slice from another one."""
+        assert values is not None
+        a, b, least = one.cells, two.cells, np.empty(len(two.cells))
+        _kernels.least_to(
+            _KINDS[self.setting.objective], abs(two.r - one.r), self.setting.weights, self.setting.cover.wraps,
+            a.a, a.b, a.dev, values.v, values.sag, values.g, values.lost, b.a, b.b, b.dev, least,
+        )  # fmt: skip
+        return least
 
     def _split(self, part: Slice, spacing: float) -> Slice:
         """Return a slice with its cells split."""
@@ -248,13 +288,13 @@ class Tube:
         """Return the values that an end begins with: zero, or the linear ones of a tie."""
         m, n = part.cells.a.shape
         if self.tie is None:
-            return Values(np.zeros((m, 2)), np.zeros((m, n)), np.zeros(m))
+            return Values(np.zeros((m, 2)), np.zeros(m), np.zeros((m, n)), np.zeros(m))
         a, b = part.cells.a, part.cells.b
         middle = self._apart(0.5 * (a + b), self.tie.anchor)
         half = 0.5 * (b - a) @ self.tie.pull
         v = sign * np.column_stack([middle @ self.tie.pull - half, middle @ self.tie.pull + half])
         rounding = _kernels.ROUNDING * (np.abs(a) + np.abs(b) + np.abs(self.tie.anchor)) @ np.abs(self.tie.pull)
-        return Values(v, np.tile(sign * self.tie.pull, (m, 1)), rounding)
+        return Values(v, np.zeros(m), np.tile(sign * self.tie.pull, (m, 1)), rounding)
 
     def _apart(self, q: FloatArray, to: FloatArray) -> FloatArray:
         """Return q − to, free joints modulo 2π."""
@@ -313,27 +353,21 @@ class Tube:
         )
         step = cells.a[1:] - cells.b[:-1]
         step = np.where(self.setting.cover.wraps, step - TAU * np.rint(step / TAU), step)
-        joined[1:] = same & (np.abs(step).max(axis=1, initial=0.0) < 1e-9)
+        joined[1:] = same & (np.abs(step).max(axis=1, initial=0.0) < _SAME)
         return Slice(r, cells, joined, np.zeros((len(cells), 2), bool), fixed)
 
-    def _carried(
-        self, one: Slice, values: Values | None, two: Slice, deadline: float, stretched: bool = True
-    ) -> Values:
+    def _carried(self, one: Slice, values: Values | None, two: Slice, deadline: float, extended: bool = True) -> Values:
         """Carry values from one slice to another."""
         if time.perf_counter() > deadline:
             raise OutOfTimeError
         assert values is not None
         a, b, h = one.cells, two.cells, abs(two.r - one.r)
-        reach = np.tile([0.0, 1.0], (len(a), 1))
-        if stretched:
-            more = _STRETCH * h / np.maximum(np.abs(a.b - a.a).max(axis=1), 1e-12)
-            reach += np.where(one.severed, np.column_stack([-more, more]), 0.0)
         m = len(b)
-        found = Values(np.empty((m, 2)), np.empty((m, self.setting.cover.n)), np.empty(m))
+        found = Values(np.empty((m, 2)), np.empty(m), np.empty((m, self.setting.cover.n)), np.empty(m))
         _kernels.step_values(
             _KINDS[self.setting.objective], h, self.setting.weights, self.setting.cover.wraps, a.a, a.b, a.dev,
-            values.v, values.g, values.lost, one.joined, reach, b.a, b.b, b.dev, two.joined,
-            found.v, found.g, found.lost,
+            values.v, values.sag, values.g, values.lost, one.severed, extended, b.a, b.b, b.dev, two.joined,
+            found.v, found.sag, found.g, found.lost,
         )  # fmt: skip
         return found
 
@@ -341,7 +375,7 @@ class Tube:
         one, two, out = part.forward, part.backward, np.empty(len(part.cells))
         assert one is not None
         assert two is not None
-        _kernels.least_through(part.cells.dev, one.v, one.g, one.lost, two.v, two.g, two.lost, out)
+        _kernels.least_through(part.cells.dev, one.v, one.sag, one.g, one.lost, two.v, two.sag, two.g, two.lost, out)
         return out
 
 

@@ -31,7 +31,9 @@ _DENSITY = 4.0  # cells to begin with are this times h^1.5 long, slabs being h w
 _STARTS = 16  # random starts for a motion where the cheapest chords lead to none
 _LEFT = 0.1  # part of what chords lose that may be in slabs that are not halved
 _WIDEST = 1 / 60  # slabs that are halved in any case
-_SHARE, _LOSS = 3.0, 1.0  # square of the spacing, and loss of the proof, per slab, as parts of what its chord may lose
+_SHARE = 3.0  # square of the spacing, as a part of what a slab's chord may lose, for l1 and l2
+_LOSS = 1.0  # loss of the proof per slab for want of shorter cells, as a part of what its chord may lose
+_PER_STEP = 0.7  # longest cells, in slab widths [rad]: values at a tube's ragged ends are sharp up to about that
 _WANTED = 0.3  # part of the gap asked for that chords need not lose less than
 _NARROWER = 0.1  # what spacing is multiplied by at least, from one round to the next
 _MARGIN = 1e-12  # relative
@@ -226,8 +228,8 @@ class _Search:
     def _finer(self, chain: Chain, spacing: FloatArray) -> tuple[BoolArray, FloatArray]:
         """Return which slabs to halve, and the spacing of cells on each slice.
 
-        Slabs in which the best motion is longest beyond its chord are halved. Cells are so short that they lose a part
-        of what chords will lose then: about the square of their length per slab, more where limits are ridden.
+        Slabs in which the best motion is longest beyond its chord are halved. Cells get shorter where they lost more
+        than a part of what chords will lose then.
         """
         r, h = chain.r, np.diff(chain.r)
         if self.best is None:
@@ -242,9 +244,14 @@ class _Search:
         slabs |= h > _WIDEST
         expected = max(excess[~slabs].sum() + 0.25 * excess[slabs].sum(), _WANTED * self.planner.gap * self.threshold)
         allowed = expected / (len(h) + slabs.sum())
-        lost = np.maximum(np.diff(chain.lost), 1e-300)
+        so_far = np.maximum.accumulate(np.maximum(chain.lost, 0.0))  # proposals may be too low for a while
+        lost = np.maximum(np.diff(so_far), 1e-300)
         measured = np.sqrt(_LOSS * allowed / np.maximum(np.append(lost, 0.0), np.append(0.0, lost)))
-        return slabs, np.minimum(np.sqrt(_SHARE * allowed), spacing * np.clip(measured, _NARROWER, 1.0))
+        step = np.where(slabs, 0.5 * h, h)
+        most = _PER_STEP * np.minimum(np.append(step, np.inf), np.append(np.inf, step))
+        if self.problem.objective.kind != "joint_travel":  # values are carried as straight lines over cells then
+            most = np.minimum(most, np.sqrt(_SHARE * allowed))
+        return slabs, np.minimum(spacing * np.clip(measured, _NARROWER, 1.0), most)
 
     def _improve(self, chain: Chain) -> None:
         """Look for a better motion near the cheapest chords, and anywhere as long as none is known."""
