@@ -67,6 +67,25 @@ def test_json_holds_the_proof_in_plain_types(run, seed_file, tmp_path):
     assert read(out)["gap"] < 1.5e-3
 
 
+def test_a_blocked_problem_is_3_with_its_proof_in_json(run, tmp_path):
+    file = tmp_path / "blocked.yaml"
+    file.write_text(
+        "arm: {kind: planar, links: [1, 1, 1], limits: [[-1.45, 1.45], [-1.45, 1.45], [-1.45, 1.45]]}\n"
+        "path: {kind: line, start: [1.5, -2.5], end: [1.5, 2.5]}\n"
+        "planner: {kind: global, time_limit: 60}\n"
+    )
+    code, out, err = run("plan", str(file), "--json", "--out", str(tmp_path / "out"))
+    result = read(out)
+    assert (code, result["status"], result["error"]["message"] in err) == (3, "infeasible", True)
+    low, high = result["blocked"][0]["r"]
+    assert low < (0.41 + 2.5) / 5 < high
+    assert {(need["joint"], need["side"]) for need in result["needs"]} == {(1, "upper"), (1, "lower")}
+    assert all(0.1 < need["by"] < 0.12 for need in result["needs"])
+    assert result["proof"]["proved_within"][0] <= low < high <= result["proof"]["proved_within"][1]
+    assert result["reconfigurations"] == len(result["breaks"]) == 1
+    assert result == read((tmp_path / "out" / "plan.json").read_text())
+
+
 def test_what_is_not_known_while_no_motion_was_found_is_null_in_json():
     assert read(cli._json({"levels": [{"cost": np.inf}, (np.nan, 1.0)]})) == {"levels": [{"cost": None}, [None, 1.0]]}
 

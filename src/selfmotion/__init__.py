@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         InvalidInputError,
         NothingFeasibleError,
         SelfMotionError,
+        UndecidedError,
         UnrepairableError,
     )
     from selfmotion.exchange import load_problem
@@ -65,7 +66,10 @@ _HOME = {
     "arms": ("PlanarArm",),
     "breaks": ("connectivity",),
     "domain": ("AngleDomain", "angle_domain"),
-    "errors": ("InfeasibleError", "InvalidInputError", "NothingFeasibleError", "SelfMotionError", "UnrepairableError"),
+    "errors": (
+        "InfeasibleError", "InvalidInputError", "NothingFeasibleError", "SelfMotionError", "UndecidedError",
+        "UnrepairableError",
+    ),
     "exchange": ("load_problem",),
     "intervals": ("IntervalSet",),
     "optimizers": ("CMAES", "DifferentialEvolution", "GA", "GWO", "PSO", "RandomSearch"),

@@ -27,6 +27,7 @@ from selfmotion.refinement.collocation import Collocation
 
 _ON_TASK = 1e-13  # tracking at the collocation points, as a part of the reach: rounding of some links' sum
 _LOST = 1e-10  # tracking beyond which a start is given up
+_AT_LIMIT = 1e-100  # square of a distance from a limit that is as good as none
 _TO_LIMIT = 0.99  # part of the way to a limit that one step may go; all of it would end on the barrier's pole
 _TOWARDS_LIMIT = 0.9  # the same of steps towards the task, whose barrier is only there to keep clear of limits
 _BOLDEST = 0.5  # largest change of a joint in one step towards the task [rad]: beyond, sines are far from linear
@@ -331,7 +332,7 @@ def _to_task(problem: Collocation, c: FloatArray, mu: float) -> FloatArray | Non
         q = problem.postures(c)
         if problem.miss(q) <= _ON_TASK:
             return c
-        near = mu / np.square(barrier.distances(c)).min(axis=0)
+        near = mu / np.maximum(np.square(barrier.distances(c)).min(axis=0), _AT_LIMIT)
         try:
             linear = _Linear(problem, q, _with_diagonal(plain.copy(), near))
         except np.linalg.LinAlgError:
