@@ -151,6 +151,34 @@ def test_the_same_problem_gives_the_same_bits():
     assert (one.cost, one.lower_bound) == (two.cost, two.lower_bound)
 
 
+class _Lost(sm.PlanarArm):
+    """An arm whose cover is no number somewhere."""
+
+    def cover(self, elbow="any"):
+        return _LostCover(super().cover(elbow))
+
+
+class _LostCover:
+    def __init__(self, cover):
+        self.cover, self.n, self.wraps = cover, cover.n, cover.wraps
+
+    def cells(self, x, spacing):
+        found = self.cover.cells(x, spacing)
+        found.a[len(found) // 2, 1] = np.nan
+        return found
+
+    def split(self, x, cells, spacing):
+        return self.cover.split(x, cells, spacing)
+
+    def points(self, q, turned):
+        return self.cover.points(q, turned)
+
+
+def test_an_arm_that_gives_no_numbers_is_told():
+    with pytest.raises(sm.InvalidInputError, match=r"arm: its cover at r = 0 holds postures that are not numbers"):
+        sm.plan(sm.Problem(_Lost([30, 30, 20]), BEZIER), sm.Global(gap=1e-2))
+
+
 def test_one_redundant_degree_is_needed():
     arm = sm.PlanarArm([30] * 5)
     with pytest.raises(sm.InvalidInputError, match="one redundant degree"):

@@ -1,9 +1,10 @@
 """The certificate on plain arrays: proposals of a value function, and what is proved of them pair by pair.
 
 :mod:`selfmotion.certificate.tube` says what the arrays are, docs/mathematics why the result is a bound. What carries
-the proof is :func:`shortfall` with :func:`pair`, and the tests that let a pair be skipped, :func:`is_far` with
-:func:`distance` and :func:`blocks_of`; everything else only makes it sharp. Work arrays are handed down, since
-allocating them costs more than using them.
+the proof is :func:`shortfall` with :func:`carried_sag` and :func:`pair`, the tests that let a pair be skipped,
+:func:`is_far` with :func:`distance` and :func:`blocks_of`, and what lets a cell be dropped, :func:`least_to` and
+:func:`least_through`; everything else only makes it sharp. Work arrays are handed down, since allocating them costs
+more than using them.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ ROUNDING = 2e-14
 BLOCK = 16  # cells that are looked at together before each by itself
 _CLOSE = 1e-4  # of a cell's length: a proposal that is off by so much in s is off by its square in value
 _CLOSER = 1e-7  # the same for a tangent plane, which is off by so much itself
-_ROWS = 12  # of work arrays
+_ROWS = 10  # of work arrays
 _SAFELY = 1e-12  # relative, what second-order terms are lowered by: far more than their rounding
 _LEAST_PART, _MOST_PART = 1e-3, 0.5  # of what c bends, given up so that deviations lose less
 

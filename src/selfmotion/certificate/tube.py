@@ -16,6 +16,7 @@ from selfmotion._types import BoolArray, FloatArray
 from selfmotion.angles import TAU, wrap
 from selfmotion.arms.cells import Cells, Cover
 from selfmotion.certificate import _kernels
+from selfmotion.errors import InvalidInputError
 
 _KINDS = {"joint_travel": _kernels.TRAVEL, "l1": _kernels.L1, "l2": _kernels.L2}
 _HOLE = 16  # cells of the holes in a tube that are filled, more between longer runs
@@ -347,6 +348,11 @@ class Tube:
         return np.asarray((np.abs(self._apart(0.5 * (two.a + two.b), middle)) <= room + _ROUNDING).all(axis=2))
 
     def _slice(self, r: float, cells: Cells, fixed: bool = False) -> Slice:
+        if not all(np.isfinite(part).all() for part in (cells.a, cells.b, cells.dev)):
+            # Nothing is proved by comparing with what is not a number.
+            raise InvalidInputError(
+                "arm", f"its cover at r = {r:g} holds postures that are not numbers", "mend the arm"
+            )
         joined = np.zeros(len(cells), bool)
         same = (cells.pieces[1:, :2] == cells.pieces[:-1, :2]).all(axis=1) & (
             cells.pieces[1:, 2] == cells.pieces[:-1, 3]
