@@ -13,6 +13,7 @@ import selfmotion as sm
 from selfmotion import plot
 
 folder = Path(*sys.argv[1:2])  # for the picture: the first argument, or else here
+folder.mkdir(parents=True, exist_ok=True)
 arm = sm.PlanarArm(links=[30, 30, 20], limits=[None, (0, np.pi), None])
 path = sm.Bezier([[50, -10], [85, 30], [50, 50], [60, -10], [58, 30], [70, -10]])
 print("u may start in", sm.angle_domain(arm, path)(0.0, "positive"))

@@ -11,6 +11,7 @@ import selfmotion as sm
 from selfmotion import plot
 
 folder = Path(*sys.argv[1:2])  # for the picture: the first argument, or else here
+folder.mkdir(parents=True, exist_ok=True)
 path = sm.Bezier([[50, -10], [85, 30], [50, 50], [60, -10], [58, 30], [70, -10]])
 free = sm.angle_domain(sm.PlanarArm([30, 30, 20]), path)
 limited = sm.angle_domain(sm.PlanarArm([30, 30, 20], limits=[None, (0.3, 2.5), (-1.2, 1.2)]), path)

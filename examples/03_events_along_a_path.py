@@ -11,6 +11,7 @@ import selfmotion as sm
 from selfmotion import plot
 
 folder = Path(*sys.argv[1:2])  # for the picture: the first argument, or else here
+folder.mkdir(parents=True, exist_ok=True)
 arm = sm.PlanarArm([1, 1, 1], limits=[(-1.45, 1.45)] * 3)
 path = sm.Line([1.5, -2.5], [1.5, 2.5])
 structure = (domain := sm.angle_domain(arm, path)).structure

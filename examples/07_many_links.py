@@ -14,6 +14,7 @@ import selfmotion as sm
 from selfmotion import plot
 
 folder = Path(*sys.argv[1:2])  # for the picture: the first argument, or else here
+folder.mkdir(parents=True, exist_ok=True)
 arm = sm.PlanarArm([30] * 6, limits=[None, (0, np.pi), None, None, (0, np.pi), None])
 path = sm.Clothoid(center=[110, 20], scale=25, coefficients=[0, -4, 0, 0.33], t_range=[-4.712, 0])
 problem = sm.Problem(arm, path)

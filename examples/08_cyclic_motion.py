@@ -13,6 +13,7 @@ import selfmotion as sm
 from selfmotion import plot
 
 folder = Path(*sys.argv[1:2])  # for the picture: the first argument, or else here
+folder.mkdir(parents=True, exist_ok=True)
 arm = sm.PlanarArm(links=[1, 1, 1, 1], limits=[None] + [(-2.8, 2.8)] * 3)
 circle = sm.Circle(center=[2, 0.5], radius=0.8)
 

@@ -79,11 +79,12 @@ EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)
 def test_every_example_runs_and_leaves_its_picture(example, tmp_path):
-    done = subprocess.run([sys.executable, str(example), str(tmp_path)], capture_output=True, text=True, check=False)
+    folder = tmp_path / "pictures"
+    done = subprocess.run([sys.executable, str(example), str(folder)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout
-    assert [file.name for file in tmp_path.iterdir()] == [f"{example.stem}.png"]
-    assert (tmp_path / f"{example.stem}.png").read_bytes().startswith(b"\x89PNG")
+    assert [file.name for file in folder.iterdir()] == [f"{example.stem}.png"]
+    assert (folder / f"{example.stem}.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)
