@@ -24,7 +24,7 @@ from problems import random_problem, reachable_problem
 from rivals import RIVALS
 
 import selfmotion as sm
-from selfmotion.errors import InfeasibleError, NothingFeasibleError
+from selfmotion.errors import InfeasibleError, NothingFeasibleError, UndecidedError
 
 ROUNDING = 1e-9
 KINDS = {"random": random_problem, "reachable": reachable_problem}
@@ -50,7 +50,7 @@ def bound_of(problem, gap, time_limit):
         figures = ("solved", plan.cost, plan.cost_error, plan.lower_bound)
     except InfeasibleError:
         figures = ("infeasible", None, None, None)
-    except NothingFeasibleError:
+    except (NothingFeasibleError, UndecidedError):
         figures = ("unknown", None, None, None)
     return Bound(*figures, time.perf_counter() - began)
 
