@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 
 from selfmotion.certificate import _kernels as kernels
+from selfmotion.certificate._chord_kernels import L1, L2, TRAVEL
 
-KINDS = [kernels.TRAVEL, kernels.L1, kernels.L2]
+KINDS = [TRAVEL, L1, L2]
 TAU = 2 * np.pi
 
 
 def exact_cost(kind, d, h, w):
-    if kind == kernels.TRAVEL:
+    if kind == TRAVEL:
         return mpmath.fsum(mpmath.mpf(a) * mpmath.sqrt(mpmath.mpf(h) ** 2 + b**2) for a, b in zip(w, d, strict=True))
-    if kind == kernels.L1:
+    if kind == L1:
         return mpmath.fsum(mpmath.mpf(a) * abs(b) for a, b in zip(w, d, strict=True))
     return mpmath.sqrt(mpmath.fsum((mpmath.mpf(a) * b) ** 2 for a, b in zip(w, d, strict=True)))
 
@@ -79,15 +80,15 @@ def test_shortfall_is_sharp(kind):
     for _ in range(60):
         pair = random_pair(rng)
         h, w, d0, stepa, stepb, va, vb, sag, wa, wb = pair[:10]
-        nothing, sag = np.zeros(len(w)), 0.0 if kind == kernels.L1 else sag
+        nothing, sag = np.zeros(len(w)), 0.0 if kind == L1 else sag
         pair = (*pair[:7], sag, wa, wb, 0.0, *pair[11:13], nothing, nothing)
         s, t = grid[:, None, None], grid[None, :, None]
         d = d0 + t * stepb - s * stepa
-        if kind == kernels.TRAVEL:
+        if kind == TRAVEL:
             cost = np.sqrt(h * h + d * d) @ w
         else:
-            cost = np.abs(d) @ w if kind == kernels.L1 else np.linalg.norm(d * w, axis=-1)
-        if kind == kernels.L2 and cost.min() < 0.1 * cost.max():
+            cost = np.abs(d) @ w if kind == L1 else np.linalg.norm(d * w, axis=-1)
+        if kind == L2 and cost.min() < 0.1 * cost.max():
             continue  # a plane through a kink loses first order
         values = cost + (va + s * (vb - va) - 0.5 * sag * s * (1 - s) - wa - t * (wb - wa))[..., 0]
         scale = w @ (np.abs(stepa) + np.abs(stepb)) + abs(vb - va) + abs(wb - wa)
@@ -103,7 +104,7 @@ def test_what_the_chord_bends_more_than_it_is_carried_on():
         sag = 0.2 * rng.random() * step @ step
         still = w.sum() * h
         pair = (h, w, nothing, step, step, 0.0, 0.0, sag, still, still, sag, nothing, nothing, nothing, nothing)
-        assert -0.1 * sag <= bound_of(kernels.TRAVEL, pair) <= 1e-12
+        assert -0.1 * sag <= bound_of(TRAVEL, pair) <= 1e-12
 
 
 @pytest.mark.parametrize("part", [0.3, 0.99, 1.5, 3.0])
@@ -121,11 +122,11 @@ def test_values_that_sag_about_as_much_as_the_chord_bends(part):
                 h, w, d0, nothing, step, 0.0, 0.0, 0.0, ends[0], ends[2], part * bend, nothing, slope,
                 nothing, along * np.abs(step),
             )  # fmt: skip
-            bound = bound_of(kernels.TRAVEL, pair)
+            bound = bound_of(TRAVEL, pair)
             assert bound >= -bend  # sharp enough to tell
             for t in (0.0, 0.5, 1.0):
                 for f in (-along * step, along * step):
-                    assert residual(kernels.TRAVEL, pair, 0.0, t, nothing, f) >= bound
+                    assert residual(TRAVEL, pair, 0.0, t, nothing, f) >= bound
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -194,10 +195,10 @@ def test_values_hold_for_every_pair_of_postures(kind, seed):
         at_y += (slopes * f).sum(axis=1) - out_lost
         d = y[:, None] - x
         d = np.where(wraps, d - TAU * np.rint(d / TAU), d)
-        if kind == kernels.TRAVEL:
+        if kind == TRAVEL:
             cost = np.sqrt(h * h + d * d) @ w
         else:
-            cost = np.abs(d) @ w if kind == kernels.L1 else np.linalg.norm(d * w, axis=-1)
+            cost = np.abs(d) @ w if kind == L1 else np.linalg.norm(d * w, axis=-1)
         assert (at_y[:, None] <= at_x + cost).all()
         assert (boxed[:, None] <= at_x + cost).all()
 
@@ -270,10 +271,10 @@ def test_what_sags_counts(m):
             out, sagging, g, less = np.empty((1, 2)), np.empty(1), np.empty((1, 2)), np.empty(1)
             cells = (a, a + 0.01, dev, zero, sag, slopes, lost)
             kernels.step_values(
-                kernels.TRAVEL, 0.01, w, wraps, *cells, np.zeros((m, 2), bool), True,
+                TRAVEL, 0.01, w, wraps, *cells, np.zeros((m, 2), bool), True,
                 ya, yb, ydev, np.zeros(1, bool), out, sagging, g, less,
             )  # fmt: skip
             assert (out[0] - less[0] < low).all()
             boxed = np.empty(1)
-            kernels.least_to(kernels.TRAVEL, 0.01, w, wraps, *cells, ya, yb, ydev, boxed)
+            kernels.least_to(TRAVEL, 0.01, w, wraps, *cells, ya, yb, ydev, boxed)
             assert boxed[0] < low

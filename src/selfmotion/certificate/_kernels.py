@@ -1,10 +1,9 @@
-"""The certificate on plain arrays: proposals of a value function, and what is proved of them pair by pair.
+"""What is proved of a value function, on plain arrays: pair by pair of cells, nothing skipped that could matter.
 
-:mod:`selfmotion.certificate.tube` says what the arrays are, docs/mathematics why the result is a bound. What carries
-the proof is :func:`shortfall` with :func:`carried_sag` and :func:`pair`, the tests that let a pair be skipped,
-:func:`is_far` with :func:`distance` and :func:`blocks_of`, and what lets a cell be dropped, :func:`least_to` and
-:func:`least_through`; everything else only makes it sharp. Work arrays are handed down, since allocating them costs
-more than using them.
+:mod:`selfmotion.certificate.tube` says what the arrays are, docs/mathematics why the result is a bound. The proof is
+:func:`shortfall` with :func:`carried_sag` and :func:`pair`; the tests that let a pair be skipped are in
+``_chord_kernels``, and what lets a cell be dropped is :func:`least_to` and :func:`least_through`. What is proposed, in
+``_proposal_kernels``, only makes it sharp. Work arrays are handed down: allocating them costs more than using them.
 """
 
 from __future__ import annotations
@@ -13,163 +12,23 @@ import numpy as np
 
 from selfmotion._compiled import kernel
 from selfmotion._types import BoolArray, FloatArray
+from selfmotion.certificate._chord_kernels import (
+    BLOCK,
+    L1,
+    ROUNDING,
+    TAU,
+    TRAVEL,
+    blocks_of,
+    chord,
+    cost,
+    distance,
+    is_far,
+)
+from selfmotion.certificate._proposal_kernels import WORK, extend, propose
 
-TAU = 2 * np.pi
-TRAVEL, L1, L2 = 0, 1, 2
-# Each value is a sum of some forty products; this part of the sum of their sizes is far more than rounding makes of it.
-ROUNDING = 2e-14
-BLOCK = 16  # cells that are looked at together before each by itself
-_CLOSE = 1e-4  # of a cell's length: a proposal that is off by so much in s is off by its square in value
-_CLOSER = 1e-7  # the same for a tangent plane, which is off by so much itself
-_ROWS = 10  # of work arrays
+_CLOSER = 1e-7  # of a cell's length: a tangent plane is off by so much
 _SAFELY = 1e-12  # relative, what second-order terms are lowered by: far more than their rounding
 _LEAST_PART, _MOST_PART = 1e-3, 0.5  # of what c bends, given up so that deviations lose less
-
-
-@kernel
-def cost(kind: int, d: FloatArray, h: float, w: FloatArray) -> float:
-    """Return the cost c(d; h) of a chord."""
-    total = 0.0
-    if kind == TRAVEL:
-        for i in range(len(d)):
-            total += w[i] * np.sqrt(h * h + d[i] * d[i])
-        return total
-    if kind == L1:
-        for i in range(len(d)):
-            total += w[i] * abs(d[i])
-        return total
-    for i in range(len(d)):
-        total += (w[i] * d[i]) ** 2
-    return np.sqrt(total)
-
-
-@kernel
-def chord(kind: int, d: FloatArray, h: float, w: FloatArray, g: FloatArray, bend: FloatArray) -> tuple[float, float]:
-    """Return the cost c(d; h) of a chord and a factor f; fill in a subgradient g and `bend`.
-
-    The Hessian is ``diag(bend) − f g gᵀ``.
-    """
-    total = 0.0
-    if kind == TRAVEL:
-        for i in range(len(d)):
-            square = h * h + d[i] * d[i]
-            length = np.sqrt(square)
-            total += w[i] * length
-            g[i] = w[i] * d[i] / length
-            bend[i] = w[i] * h * h / (square * length)
-        return total, 0.0
-    if kind == L1:
-        for i in range(len(d)):
-            total += w[i] * abs(d[i])
-            g[i] = w[i] * np.sign(d[i])
-            bend[i] = 0.0
-        return total, 0.0
-    for i in range(len(d)):
-        total += (w[i] * d[i]) ** 2
-    total = np.sqrt(total)
-    factor = 1.0 / total if total > 1e-300 else 0.0
-    for i in range(len(d)):
-        bend[i] = w[i] * w[i] * factor
-        g[i] = bend[i] * d[i]
-    return total, factor
-
-
-@kernel
-def best_along(
-    kind: int, h: float, w: FloatArray, y: FloatArray, a: FloatArray, step: FloatArray, va: float, vb: float,
-    sag: float, d: FloatArray, g: FloatArray, bend: FloatArray,
-) -> tuple[float, float]:  # fmt: skip
-    """Minimise ``(1 − s) va + s vb − ½ sag s (1 − s) + c(y − a − s·step; h)`` over s in [0, 1]; return value and s."""
-    n = len(y)
-    best, at = np.inf, 0.0
-    if kind == L1:
-        for k in range(n + 2):
-            if k < n and step[k] == 0.0:
-                continue
-            s = 0.0 if k == n else 1.0 if k > n else min(max((y[k] - a[k]) / step[k], 0.0), 1.0)
-            for i in range(n):
-                d[i] = y[i] - a[i] - s * step[i]
-            value = va + s * (vb - va) + cost(kind, d, h, w)
-            if value < best:
-                best, at = value, s
-    else:
-        low, high, s = 0.0, 1.0, 0.5
-        for _ in range(25):
-            for i in range(n):
-                d[i] = y[i] - a[i] - s * step[i]
-            length, factor = chord(kind, d, h, w, g, bend)
-            value = va + s * (vb - va) - 0.5 * sag * s * (1.0 - s) + length
-            if value < best:
-                best, at = value, s
-            along, curved = 0.0, sag
-            for i in range(n):
-                along += g[i] * step[i]
-                curved += bend[i] * step[i] * step[i]
-            slope = vb - va - sag * (0.5 - s) - along
-            curved -= factor * along * along
-            if slope > 0.0:
-                high = s
-            else:
-                low = s
-            new = s - slope / curved if curved > 0.0 else (0.0 if slope > 0.0 else 1.0)
-            new = min(max(new, 0.0), 1.0)
-            if (new < low or new > high) or (new != 0.0 and new != 1.0 and abs(new - s) > 0.75):
-                new = 0.5 * (low + high)
-            if abs(new - s) <= _CLOSE:
-                break
-            s = new
-    for i in range(n):
-        d[i] = y[i] - a[i] - at * step[i]
-    chord(kind, d, h, w, g, bend)
-    return best, at
-
-
-@kernel
-def propose(
-    kind: int, h: float, w: FloatArray, wraps: BoolArray, a: FloatArray, b: FloatArray, v: FloatArray,
-    sag: FloatArray, middle: FloatArray, room: FloatArray, lowest: FloatArray,
-    y: FloatArray, near: int, g: FloatArray, work: FloatArray,
-) -> tuple[float, int, float]:  # fmt: skip
-    """Return the least value with which posture y can be reached from cells, the cell and its s; fill in ∇c there.
-
-    Cell `near` is likely to be that cell. Blocks of cells (middle, room, lowest), and cells, that can do no better than
-    what is found are not looked into.
-    """
-    m, n = a.shape
-    d, step, shifted, trial, bend, none = work[0], work[1], work[2], work[3], work[4], work[5]
-    halfway, half = work[6], work[7]
-    still = 0.0
-    for i in range(n):
-        none[i] = 0.0
-        still += w[i] * h
-    result, cell, place = np.inf, near, 0.0
-    for block in range(-1, len(lowest)):
-        first, last = block * BLOCK, min(block * BLOCK + BLOCK, m)
-        if block < 0:
-            first, last = near, near + 1
-        else:
-            short, square = distance(y, y, none, middle[block], room[block], wraps, w, step, shifted)
-            if is_far(kind, short, square, still, result - lowest[block]):
-                continue
-        for k in range(first, last):
-            if block >= 0:
-                if k == near:
-                    continue
-                for i in range(n):
-                    halfway[i], half[i] = 0.5 * (a[k, i] + b[k, i]), 0.5 * abs(b[k, i] - a[k, i])
-                short, square = distance(y, y, none, halfway, half, wraps, w, step, shifted)
-                if is_far(kind, short, square, still, result - min(v[k, 0], v[k, 1]) + 0.125 * sag[k]):
-                    continue
-            for i in range(n):
-                step[i] = b[k, i] - a[k, i]
-                x = y[i] - 0.5 * (a[k, i] + b[k, i])
-                shifted[i] = y[i] - (TAU * np.rint(x / TAU) if wraps[i] else 0.0)
-            value, s = best_along(kind, h, w, shifted, a[k], step, v[k, 0], v[k, 1], sag[k], d, trial, bend)
-            if value < result:
-                result, cell, place = value, k, s
-                for i in range(n):
-                    g[i] = trial[i]
-    return result, cell, place
 
 
 @kernel
@@ -345,64 +204,6 @@ def line(k: int, n: int, d0: FloatArray, stepa: FloatArray, stepb: FloatArray) -
 
 
 @kernel
-def distance(
-    ya: FloatArray, yb: FloatArray, ydev: FloatArray, middle: FloatArray, room: FloatArray, wraps: BoolArray,
-    w: FloatArray, center: FloatArray, spread: FloatArray,
-) -> tuple[float, float]:  # fmt: skip
-    """Return the least weighted l1 distance of a cell and a box, and the least squared l2 distance.
-
-    Fills in how the middles differ, free joints by half a turn at most, and by how much postures may differ from that.
-    """
-    short, square = 0.0, 0.0
-    for i in range(len(w)):
-        x = 0.5 * (ya[i] + yb[i]) - middle[i]
-        if wraps[i]:
-            x -= TAU * np.rint(x / TAU)
-        center[i] = x
-        spread[i] = 0.5 * abs(yb[i] - ya[i]) + ydev[i] + room[i]
-        x = max(abs(x) - spread[i], 0.0) * w[i]
-        short += x
-        square += x * x
-    return short, square
-
-
-@kernel
-def is_far(kind: int, short: float, square: float, still: float, need: float) -> bool:
-    """Return whether a chord of at least these lengths costs more than `need`; `still` is what it costs not to move."""
-    if kind == L1:
-        return short > need
-    return need <= 0.0 or (square if kind == L2 else short * short + still * still) > need * need
-
-
-@kernel
-def blocks_of(
-    wraps: BoolArray, a: FloatArray, b: FloatArray, dev: FloatArray, v: FloatArray, sag: FloatArray, g: FloatArray,
-    lost: FloatArray, middle: FloatArray, room: FloatArray, lowest: FloatArray, gain: FloatArray,
-) -> None:  # fmt: skip
-    """Box every BLOCK cells: middle ± room (blocks, n), their lowest value, and by how much one could undercut."""
-    m, n = a.shape
-    for block in range(len(gain)):
-        first, last = block * BLOCK, min(block * BLOCK + BLOCK, m)
-        gain[block], lowest[block] = -np.inf, np.inf
-        for i in range(n):
-            middle[block, i], room[block, i] = 0.5 * (a[first, i] + b[first, i]), 0.0
-        for k in range(first, last):
-            loose = 0.0
-            for i in range(n):
-                x = 0.5 * (a[k, i] + b[k, i]) - middle[block, i]
-                if wraps[i]:
-                    x -= TAU * np.rint(x / TAU)
-                room[block, i] = max(room[block, i], abs(x) + 0.5 * abs(b[k, i] - a[k, i]) + dev[k, i])
-                loose += abs(g[k, i]) * dev[k, i]
-            least = min(v[k, 0], v[k, 1]) - 0.125 * sag[k]
-            lowest[block] = min(lowest[block], least)
-            value = lost[k] + loose - least
-            gain[block] = max(gain[block], value + ROUNDING * (abs(least) + abs(lost[k]) + loose))
-        for i in range(n):
-            room[block, i] *= 1.0 + ROUNDING
-
-
-@kernel
 def pair(
     kind: int, h: float, w: FloatArray, wraps: BoolArray,
     a: FloatArray, b: FloatArray, dev: FloatArray, va: float, vb: float, sag: float, g: FloatArray, lost: float,
@@ -476,41 +277,6 @@ def lost_by(
 
 
 @kernel
-def extend(
-    yjoined: BoolArray, ya: FloatArray, yb: FloatArray, cut: BoolArray, values: FloatArray, slopes: FloatArray,
-    smooth: bool,
-) -> None:  # fmt: skip
-    """Lower values at nodes that are `cut` off from where they come from to those that go on from their neighbours.
-
-    Arrays are by cell and end: cut and values (m, 2), slopes (m, 2, n). If `smooth`, slopes change on as they did. A
-    proposal may be anything; this one bends so little that little of it is lost.
-    """
-    m, n = ya.shape
-    for way in range(2):
-        good, bad = way, 1 - way
-        for j in range(m):
-            k = j if way == 0 else m - 1 - j
-            behind = k - 1 + 2 * way
-            joined = 0 <= behind < m and yjoined[k + way]
-            if joined and not cut[behind, bad]:
-                values[k, good], cut[k, good] = values[behind, bad], False
-                slopes[k, good] = slopes[behind, bad]
-            if cut[k, good] or not cut[k, bad]:
-                continue
-            length, before, rise = 0.0, 0.0, 0.0
-            for i in range(n):
-                length += (yb[k, i] - ya[k, i]) ** 2
-                if joined:
-                    before += (yb[behind, i] - ya[behind, i]) ** 2
-            part = np.sqrt(length / before) if smooth and before > 0.0 else 0.0
-            for i in range(n):
-                slope = slopes[k, good, i]
-                slopes[k, bad, i] = slope + part * (slope - slopes[behind, good, i] if joined else 0.0)
-                rise += 0.5 * (slope + slopes[k, bad, i]) * (yb[k, i] - ya[k, i]) * (1 - 2 * way)
-            values[k, bad], cut[k, bad] = min(values[k, bad], values[k, good] + rise), False
-
-
-@kernel
 def step_values(
     kind: int, h: float, w: FloatArray, wraps: BoolArray,
     a: FloatArray, b: FloatArray, dev: FloatArray, v: FloatArray, sag: FloatArray, g: FloatArray, lost: FloatArray,
@@ -527,7 +293,7 @@ def step_values(
     """
     m, n = a.shape
     count = len(ya)
-    work = np.empty((_ROWS, n))
+    work = np.empty((WORK, n))
     blocks = (m + BLOCK - 1) // BLOCK
     middle, room, lowest, gain = np.empty((blocks, n)), np.empty((blocks, n)), np.empty(blocks), np.empty(blocks)
     blocks_of(wraps, a, b, dev, v, sag, g, lost, middle, room, lowest, gain)
@@ -558,20 +324,6 @@ def step_values(
             kind, h, w, wraps, a, b, dev, v, sag, g, lost, middle, room, gain, sources[k],
             ya[k], yb[k], ydev[k], out[k, 0], out[k, 1], sagging[k], slopes[k], still, work,
         )  # fmt: skip
-
-
-@kernel
-def source_of(
-    kind: int, h: float, w: FloatArray, wraps: BoolArray, a: FloatArray, b: FloatArray, v: FloatArray,
-    sag: FloatArray, y: FloatArray,
-) -> tuple[int, float]:  # fmt: skip
-    """Return the cell, and s in it, from which posture y is reached most cheaply."""
-    m, n = a.shape
-    blocks, zero = (m + BLOCK - 1) // BLOCK, np.zeros(m)
-    middle, room, lowest, gain = np.empty((blocks, n)), np.empty((blocks, n)), np.empty(blocks), np.empty(blocks)
-    blocks_of(wraps, a, b, np.zeros((m, n)), v, sag, np.zeros((m, n)), zero, middle, room, lowest, gain)
-    _, cell, s = propose(kind, h, w, wraps, a, b, v, sag, middle, room, lowest, y, 0, np.empty(n), np.empty((_ROWS, n)))
-    return cell, s
 
 
 @kernel

@@ -15,10 +15,10 @@ import numpy as np
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.angles import TAU, wrap
 from selfmotion.arms.cells import Cells, Cover
-from selfmotion.certificate import _kernels
+from selfmotion.certificate import _chord_kernels, _kernels, _proposal_kernels
 from selfmotion.errors import InvalidInputError
 
-_KINDS = {"joint_travel": _kernels.TRAVEL, "l1": _kernels.L1, "l2": _kernels.L2}
+_KINDS = {"joint_travel": _chord_kernels.TRAVEL, "l1": _chord_kernels.L1, "l2": _chord_kernels.L2}
 _HOLE = 16  # cells of the holes in a tube that are filled, more between longer runs
 _COARSE = 0.3  # spacing at which a new slice is looked at first [rad]
 _THREADS = 2
@@ -64,9 +64,12 @@ class Slice:
     least: FloatArray | None = None
     """The least cost of a motion through each cell, shape (m,)."""
 
-    def filled(self, rows: BoolArray) -> BoolArray:
-        """Return `rows` and the cells in holes between them that are narrow: values are sharper without holes."""
-        rows = rows.copy()
+    def below(self, threshold: float, least: FloatArray) -> Slice:
+        """Return the slice with the cells whose `least` cost (m,) is no more than `threshold`.
+
+        Cells in narrow holes between them stay too: values are sharper without holes.
+        """
+        rows = least <= threshold
         changes = np.flatnonzero(rows[1:] != rows[:-1]) + 1
         bounds = [0, *changes.tolist(), len(rows)]
         for k in range(1, len(bounds) - 2):
@@ -74,7 +77,7 @@ class Slice:
             widest = max(_HOLE, first - bounds[k - 1], bounds[k + 2] - last)
             if not rows[first] and last - first <= widest and self.joined[first : last + 1].all():
                 rows[first:last] = True
-        return rows
+        return self.kept(rows)
 
     def kept(self, rows: BoolArray) -> Slice:
         """Return the slice with some of its cells only."""
@@ -191,7 +194,7 @@ class Tube:
         """Drop the cells that no motion cheaper than `threshold` passes."""
         for k, part in enumerate(self.slices):
             assert part.least is not None
-            self.slices[k] = part.kept(part.filled(part.least <= threshold))
+            self.slices[k] = part.below(threshold, part.least)
 
     def refined(self, slabs: BoolArray, spacing: FloatArray, threshold: float, deadline: float = np.inf) -> Tube:
         """Return the tube with a new slice in the middle of each chosen slab.
@@ -239,7 +242,7 @@ class Tube:
         for one, two in zip(self.slices[-2::-1], self.slices[:0:-1], strict=True):
             cells, values = one.cells, one.forward
             assert values is not None
-            cell, s = _kernels.source_of(
+            cell, s = _proposal_kernels.source_of(
                 _KINDS[self.setting.objective], two.r - one.r, self.setting.weights, wraps, cells.a, cells.b,
                 values.v - values.lost[:, None], values.sag, q[-1],
             )  # fmt: skip
@@ -253,16 +256,15 @@ class Tube:
         now, r = _COARSE, 0.5 * (one.r + two.r)
         new = self._slice(r, self.setting.cover.cells(self.setting.task(r), now))
         while True:
-            new = new.kept(
-                new.filled(self._by_boxes(one, one.forward, new) + self._by_boxes(two, two.backward, new) <= threshold)
-            )
+            least = self._by_boxes(one, one.forward, new) + self._by_boxes(two, two.backward, new)
+            new = new.below(threshold, least)
             if now <= spacing or len(new.cells) == 0:
                 break
             now = max(now / _FINER, spacing)
             new = self._split(new, now)
         new.forward = self._carried(one, one.forward, new, deadline, extended=False)
         new.backward = self._carried(two, two.backward, new, deadline, extended=False)
-        return new.kept(new.filled(np.asarray(self._least(new) <= threshold)))
+        return new.below(threshold, self._least(new))
 
     def _by_boxes(self, one: Slice, values: Values | None, two: Slice) -> FloatArray:
         """Return a cheap bound on the cost of motions that arrive at the cells of a slice from another one."""
@@ -294,7 +296,7 @@ class Tube:
         middle = self._apart(0.5 * (a + b), self.tie.anchor)
         half = 0.5 * (b - a) @ self.tie.pull
         v = sign * np.column_stack([middle @ self.tie.pull - half, middle @ self.tie.pull + half])
-        rounding = _kernels.ROUNDING * (np.abs(a) + np.abs(b) + np.abs(self.tie.anchor)) @ np.abs(self.tie.pull)
+        rounding = _chord_kernels.ROUNDING * (np.abs(a) + np.abs(b) + np.abs(self.tie.anchor)) @ np.abs(self.tie.pull)
         return Values(v, np.zeros(m), np.tile(sign * self.tie.pull, (m, 1)), rounding)
 
     def _apart(self, q: FloatArray, to: FloatArray) -> FloatArray:
@@ -357,8 +359,7 @@ class Tube:
         same = (cells.pieces[1:, :2] == cells.pieces[:-1, :2]).all(axis=1) & (
             cells.pieces[1:, 2] == cells.pieces[:-1, 3]
         )
-        step = cells.a[1:] - cells.b[:-1]
-        step = np.where(self.setting.cover.wraps, step - TAU * np.rint(step / TAU), step)
+        step = self._apart(cells.a[1:], cells.b[:-1])
         joined[1:] = same & (np.abs(step).max(axis=1, initial=0.0) < _SAME)
         return Slice(r, cells, joined, np.zeros((len(cells), 2), bool), fixed)
 
