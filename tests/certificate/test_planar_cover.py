@@ -40,6 +40,28 @@ def postures(arm, x, rng, count=200, elbow="any"):
     return np.concatenate(found)
 
 
+def bowed(cells, q, room=1e-9, rest=1.0):
+    """Which postures (k, n) lie in some cell around its parabola, for an s that one joint tells."""
+    step, around = cells.b - cells.a, rest * cells.rest + room
+    rows, lead = np.arange(len(cells)), (around / np.maximum(np.abs(step), 1e-300)).argmin(axis=1)
+    found = []
+    for posture in q:
+        d = posture - 0.5 * (cells.a + cells.b)
+        d += 0.5 * step - TAU * np.rint(d / TAU)  # from end a
+        held = np.zeros(len(cells), bool)
+        for part in np.linspace(-1.0, 1.0, 9):
+            target = (d + part * around)[rows, lead]
+            s = np.zeros(len(cells))
+            for _ in range(20):
+                off = s * step[rows, lead] + 0.5 * s * (1 - s) * cells.bow[rows, lead] - target
+                slope = step[rows, lead] + (0.5 - s) * cells.bow[rows, lead]
+                s = np.clip(s - off / np.where(slope == 0.0, 1.0, slope), 0.0, 1.0)
+            away = np.abs(s[:, None] * step + 0.5 * (s * (1 - s))[:, None] * cells.bow - d)
+            held |= (away <= 1.3 * around).all(axis=1)
+        found.append(held.any())
+    return np.array(found)
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_nothing_feasible_is_lost(seed):
     rng = np.random.default_rng(seed)
@@ -48,7 +70,10 @@ def test_nothing_feasible_is_lost(seed):
     elbow = ("any", "positive", "negative")[seed % 3]
     r = rng.uniform()
     cells = PlanarCover(arm, elbow).cells(path(r), 10.0 ** rng.uniform(-2.3, -0.5))
-    assert inside(cells, postures(arm, path(r), rng, elbow=elbow)).all()
+    q = postures(arm, path(r), rng, elbow=elbow)
+    assert inside(cells, q).all()
+    assert bowed(cells, q[::5]).all()
+    assert (cells.dev >= 0.125 * np.abs(cells.bow) + cells.rest).all()
 
 
 @pytest.mark.parametrize("links", [[1.0, 1.0, 0.7], [1.0, 1.0, 1.0], [0.5, 1.3, 0.9], [3.0, 0.2, 0.1]])
@@ -74,7 +99,19 @@ def test_cells_are_no_looser_than_they_must_be():
     q = postures(arm, path(0.3), rng, 2000)
     assert inside(cells, q).all()
     assert not inside(cells, q, dev=0.5).all()
-    assert (cells.dev <= 0.6 * np.abs(cells.b - cells.a).max(axis=1, keepdims=True) ** 2 + 1e-9).all()
+    lengths = np.abs(cells.b - cells.a).max(axis=1, keepdims=True)
+    assert (cells.dev <= 0.6 * lengths**2 + 1e-9).all()
+
+
+def test_parabolas_are_left_by_the_cube_of_the_length():
+    rng = np.random.default_rng(1)
+    arm, x = sm.PlanarArm([30, 30, 20]), np.array([47.0, 2.0])
+    for spacing in (0.1, 0.05, 0.025):
+        cells = PlanarCover(arm).cells(x, spacing)
+        lengths = np.abs(cells.b - cells.a).max(axis=1, keepdims=True)
+        assert (cells.rest <= 1.5 * lengths**3 + 1e-9).all()
+        assert bowed(cells, postures(arm, x, rng, 500)).all()
+        assert not bowed(cells, postures(arm, x, rng, 500), rest=0.02).all()
 
 
 def test_a_cell_left_out_is_missed():

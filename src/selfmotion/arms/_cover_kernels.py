@@ -147,11 +147,12 @@ def is_led(t: FloatArray, chart: int) -> bool:
 @kernel
 def classify(
     links: FloatArray, x: float, y: float, rho: float, chart: int, sign: float, low: float, high: float,
-    middle: FloatArray, radius: FloatArray, bulge: FloatArray,
+    middle: FloatArray, radius: FloatArray, bend: FloatArray, spread: FloatArray,
 ) -> int:  # fmt: skip
-    """Enclose a piece and say what it is; of a REGULAR one `bulge` bounds |φ_m'' − φ_{m−1}''| by the chart's parameter.
+    """Enclose a piece and say what it is; of a REGULAR one also the joints' second derivatives by the parameter.
 
-    SPLIT means that nothing is known yet; the box is right nevertheless.
+    These, φ_m'' − φ_{m−1}'', lie within bend ± spread. SPLIT means that nothing is known yet; the box is right
+    nevertheless.
     """
     t, dt = np.empty((3, 2)), np.empty((3, 2))
     kind = enclose(links, x, y, rho, chart, sign, low, high, middle, radius)
@@ -186,7 +187,7 @@ def classify(
     before, around = 0.0, 0.0
     for m in range(3):
         if m == i:
-            now, spread = 0.0, 0.0
+            now, room = 0.0, 0.0
         else:
             if abs(t[m, 0]) + t[m, 1] > _STEEPEST * slowest:
                 return SPLIT
@@ -200,10 +201,10 @@ def classify(
             )  # fmt: skip
             cube = abs(t[i, 0]) ** 3
             now = top / t[i, 0] ** 3
-            spread = room / slowest**3 + abs(top) * (1.0 / slowest**3 - 1.0 / cube) + PAD * abs(now)
-        bulge[m] = (abs(now - before) + spread + around) * (1.0 + PAD)
-        before, around = now, spread
-    bulge[3] = abs(before) + around
+            room = room / slowest**3 + abs(top) * (1.0 / slowest**3 - 1.0 / cube) + PAD * abs(now)
+        bend[m], spread[m] = now - before, (room + around) * (1.0 + PAD)
+        before, around = now, room
+    bend[3], spread[3] = -before, around
     return REGULAR
 
 
@@ -240,19 +241,21 @@ def cover(
     links: FloatArray, x: float, y: float, direction: float, wraps: IntArray, windows: FloatArray, first: IntArray,
     charts: IntArray, signs: FloatArray, lows: FloatArray, highs: FloatArray, near: FloatArray, only_near: bool,
     spacing: FloatArray, narrowest: float,
-    a: FloatArray, b: FloatArray, dev: FloatArray, pieces: FloatArray, origin: IntArray,
+    a: FloatArray, b: FloatArray, bow: FloatArray, dev: FloatArray, rest: FloatArray, pieces: FloatArray,
+    origin: IntArray,
 ) -> int:  # fmt: skip
     """Cover pieces of the self-motion at one task point by cells no longer than `spacing`; return how many there are.
 
-    Row k of a, b (m, n) is the ends of cell k, of dev its room, of pieces (m, 4) its chart, sign and interval, and
-    origin (m,) the piece that it is a part of. With more cells than rows, only the count goes on.
-    Joint j may lie in windows[first[j]:first[j + 1]]; near (p, n) are angles whose turns are kept if `only_near`.
+    Row k of a, b (m, n) is the ends of cell k, of bow how it bends, of dev and rest its room around chord and parabola,
+    of pieces (m, 4) its chart, sign and interval, and origin (m,) the piece that it is a part of. With more cells than
+    rows, only the count goes on. Joint j may lie in windows[first[j]:first[j + 1]]; near (p, n) are angles whose turns
+    are kept if `only_near`.
     """
     n = a.shape[1]
     capacity, count = len(a), 0
     size = np.hypot(x, y) + links.sum()
     stack = np.empty((2048, 2))
-    middle, radius, bulge, phi = np.empty(3), np.empty(3), np.empty(4), np.empty(3)
+    middle, radius, bend, spread, phi = np.empty(3), np.empty(3), np.empty(4), np.empty(4), np.empty(3)
     qa, qb, room, box = np.empty(n), np.empty(n), np.empty(n), np.empty((n, 2))
     shift, chosen, many = np.empty((n, 16)), np.empty((n, 16), np.int64), np.ones(n, np.int64)
     pick, t, dt = np.zeros(n, np.int64), np.empty((3, 2)), np.empty((3, 2))
@@ -263,7 +266,7 @@ def cover(
         while depth > 0:
             depth -= 1
             low, high = stack[depth, 0], stack[depth, 1]
-            kind = classify(links, x, y, 0.0, chart, sign, low, high, middle, radius, bulge)
+            kind = classify(links, x, y, 0.0, chart, sign, low, high, middle, radius, bend, spread)
             if kind == DROP:
                 continue
             if kind == SPLIT and high - low > narrowest and depth + 2 <= len(stack):
@@ -276,6 +279,7 @@ def cover(
                 to_joints(middle, direction, qa)
                 qb[:] = qa
                 error = 0.0
+                bend[:] = 0.0
                 room[0], room[1], room[2] = radius[0], radius[0] + radius[1], radius[1] + radius[2]
                 if n == 4:
                     room[3] = radius[2]
@@ -295,13 +299,14 @@ def cover(
                         stack[depth, 1] = high if k == parts - 1 else low + (high - low) * (k + 1) / parts
                         depth += 1
                     continue
-                # Between two nodes a curve leaves its chord by at most 1/8 of its largest second derivative.
+                # Between two nodes a curve leaves its chord by at most 1/8 of its largest second derivative, and the
+                # parabola of some second derivative by 1/8 of the largest difference from that.
                 eighth = 0.125 * (high - low) ** 2
                 speeds(links, middle, radius, t, dt)
                 slowest = abs(t[chart, 0]) - t[chart, 1]
                 error = PAD * (2.0 + size / (slowest * links[chart] * links.min()))
                 for j in range(n):
-                    room[j] = eighth * bulge[j] * (1.0 + PAD) + error
+                    room[j] = eighth * spread[j] * (1.0 + PAD) + error
             nothing = False
             for j in range(n):
                 base = 0.5 * (qa[j] + qb[j])
@@ -310,7 +315,8 @@ def cover(
                     shift[j, 0], chosen[j, 0] = TAU * np.rint((target - base) / TAU), -1
                     many[j] = 1
                 else:
-                    box[j, 0], box[j, 1] = min(qa[j], qb[j]) - room[j], max(qa[j], qb[j]) + room[j]
+                    about = room[j] + 0.125 * (high - low) ** 2 * abs(bend[j]) * (1.0 + PAD)
+                    box[j, 0], box[j, 1] = min(qa[j], qb[j]) - about, max(qa[j], qb[j]) + about
                     many[j] = choices(
                         box[j, 0],
                         box[j, 1],
@@ -327,8 +333,8 @@ def cover(
             while True:
                 was = count
                 count = emit(
-                    links, x, y, direction, chart, sign, low, high, qa, qb, room, error, kind == SPLIT, pick, shift,
-                    chosen, windows, first, a, b, dev, pieces, count, capacity,
+                    links, x, y, direction, chart, sign, low, high, qa, qb, bend, room, error, kind == SPLIT, pick,
+                    shift, chosen, windows, first, a, b, bow, dev, rest, pieces, count, capacity,
                 )  # fmt: skip
                 if was < count <= capacity:
                     origin[was] = p
@@ -347,15 +353,15 @@ def cover(
 @kernel
 def emit(
     links: FloatArray, x: float, y: float, direction: float, chart: int, sign: float, low: float, high: float,
-    qa: FloatArray, qb: FloatArray, room: FloatArray, error: float, rough: bool, pick: IntArray, shift: FloatArray,
-    chosen: IntArray, windows: FloatArray, first: IntArray,
-    a: FloatArray, b: FloatArray, dev: FloatArray, pieces: FloatArray, count: int, capacity: int,
+    qa: FloatArray, qb: FloatArray, bend: FloatArray, room: FloatArray, error: float, rough: bool, pick: IntArray,
+    shift: FloatArray, chosen: IntArray, windows: FloatArray, first: IntArray, a: FloatArray, b: FloatArray,
+    bow: FloatArray, dev: FloatArray, rest: FloatArray, pieces: FloatArray, count: int, capacity: int,
 ) -> int:  # fmt: skip
     """Write one cell, with its turns, trimmed to its windows; none if nothing of it is inside."""
     n = len(qa)
-    one, two, rest, phi, raw = np.empty(n), np.empty(n), np.empty(n), np.empty(3), np.empty(n)
+    one, two, around, phi, raw = np.empty(n), np.empty(n), np.empty(n), np.empty(3), np.empty(n)
     for j in range(n):
-        one[j], two[j], rest[j] = qa[j] + shift[j, pick[j]], qb[j] + shift[j, pick[j]], room[j]
+        one[j], two[j], around[j] = qa[j] + shift[j, pick[j]], qb[j] + shift[j, pick[j]], room[j]
     left, right = low, high
     if not rough:
         for _ in range(3):
@@ -364,7 +370,8 @@ def emit(
                 if chosen[j, pick[j]] < 0:
                     continue
                 w = first[j] + chosen[j, pick[j]]
-                floor, ceiling = windows[w, 0] - rest[j], windows[w, 1] + rest[j]
+                about = around[j] + 0.125 * (right - left) ** 2 * abs(bend[j]) * (1.0 + PAD)
+                floor, ceiling = windows[w, 0] - about, windows[w, 1] + about
                 step = two[j] - one[j]
                 if abs(step) < 1e-300:
                     if one[j] < floor or one[j] > ceiling:
@@ -396,10 +403,13 @@ def emit(
                     else:
                         two[j] = raw[j] + TAU * np.rint((one[j] - raw[j]) / TAU)
             for j in range(n):
-                rest[j] = (rest[j] - error) * shrink * shrink * (1.0 + PAD) + error
+                around[j] = (around[j] - error) * shrink * shrink * (1.0 + PAD) + error
             if shrink > 0.9:
                 break
     if count < capacity:
-        a[count], b[count], dev[count] = one, two, rest
+        a[count], b[count], rest[count] = one, two, around
+        for j in range(n):
+            bow[count, j] = -((right - left) ** 2) * bend[j]
+            dev[count, j] = around[j] + 0.125 * abs(bow[count, j]) * (1.0 + PAD)
         pieces[count, 0], pieces[count, 1], pieces[count, 2], pieces[count, 3] = chart, sign, left, right
     return count + 1

@@ -79,15 +79,16 @@ class PlanarCover:
         x, y = point - self.offset
         capacity = max(64, 3 * len(pieces))
         while True:
-            a, b, dev = (np.empty((capacity, self.n)) for _ in range(3))
+            a, b, bow, dev, rest = (np.empty((capacity, self.n)) for _ in range(5))
             found, origin = np.empty((capacity, 4)), np.empty(capacity, np.int64)
             count = cover(
                 self.links, x, y, self.direction, self.wraps, self.windows, self.first,
                 pieces[:, 0].astype(np.int64), pieces[:, 1].copy(), pieces[:, 2].copy(), pieces[:, 3].copy(),
-                near, only_near, spacing, _NARROWEST, a, b, dev, found, origin,
+                near, only_near, spacing, _NARROWEST, a, b, bow, dev, rest,
+                found, origin,
             )  # fmt: skip
             if count <= capacity:
-                return Cells(a[:count], b[:count], dev[:count], found[:count], origin[:count])
+                return Cells(a, b, dev, found, origin, bow, rest)[:count]
             capacity = count
 
 
