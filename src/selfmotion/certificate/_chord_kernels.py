@@ -6,6 +6,7 @@ import numpy as np
 
 from selfmotion._compiled import kernel
 from selfmotion._types import BoolArray, FloatArray
+from selfmotion.certificate._arrays import Arcs, Values
 
 TAU = 2 * np.pi
 TRAVEL, L1, L2 = 0, 1, 2
@@ -93,11 +94,27 @@ def is_far(kind: int, short: float, square: float, still: float, need: float) ->
 
 
 @kernel
+def least_of(values: Values, k: int) -> float:
+    """Return the least proposed value on a cell, between its ends."""
+    return min(values.v[k, 0], values.v[k, 1]) - 0.125 * max(values.sag[k], 0.0)
+
+
+@kernel
+def loose(values: Values, cells: Arcs, k: int) -> float:
+    """Return how far the value of a posture may be from that on its cell's parabola."""
+    total = 0.0
+    for i in range(cells.a.shape[1]):
+        total += abs(values.g[k, i]) * cells.rest[k, i]
+    return total
+
+
+@kernel
 def blocks_of(
-    wraps: BoolArray, a: FloatArray, b: FloatArray, dev: FloatArray, v: FloatArray, sag: FloatArray, g: FloatArray,
-    lost: FloatArray, middle: FloatArray, room: FloatArray, lowest: FloatArray, gain: FloatArray,
+    wraps: BoolArray, cells: Arcs, values: Values,
+    middle: FloatArray, room: FloatArray, lowest: FloatArray, gain: FloatArray,
 ) -> None:  # fmt: skip
     """Box every BLOCK cells: middle ± room (blocks, n), their lowest value, and by how much one could undercut."""
+    a, b, dev = cells.a, cells.b, cells.dev
     m, n = a.shape
     for block in range(len(gain)):
         first, last = block * BLOCK, min(block * BLOCK + BLOCK, m)
@@ -105,16 +122,13 @@ def blocks_of(
         for i in range(n):
             middle[block, i], room[block, i] = 0.5 * (a[first, i] + b[first, i]), 0.0
         for k in range(first, last):
-            loose = 0.0
             for i in range(n):
                 x = 0.5 * (a[k, i] + b[k, i]) - middle[block, i]
                 if wraps[i]:
                     x -= TAU * np.rint(x / TAU)
                 room[block, i] = max(room[block, i], abs(x) + 0.5 * abs(b[k, i] - a[k, i]) + dev[k, i])
-                loose += abs(g[k, i]) * dev[k, i]
-            least = min(v[k, 0], v[k, 1]) - 0.125 * sag[k]
+            least, off, lost = least_of(values, k), loose(values, cells, k), values.lost[k]
             lowest[block] = min(lowest[block], least)
-            value = lost[k] + loose - least
-            gain[block] = max(gain[block], value + ROUNDING * (abs(least) + abs(lost[k]) + loose))
+            gain[block] = max(gain[block], lost + off - least + ROUNDING * (abs(least) + abs(lost) + off))
         for i in range(n):
             room[block, i] *= 1.0 + ROUNDING

@@ -1,9 +1,9 @@
 """What is proved of a value function, on plain arrays: pair by pair of cells, nothing skipped that could matter.
 
-:mod:`selfmotion.certificate.tube` says what the arrays are, docs/mathematics why the result is a bound. The proof is
-:func:`shortfall` with :func:`carried_sag` and :func:`pair`; the tests that let a pair be skipped are in
-``_chord_kernels``, and what lets a cell be dropped is :func:`least_to` and :func:`least_through`. What is proposed, in
-``_proposal_kernels``, only makes it sharp. Work arrays are handed down: allocating them costs more than using them.
+:mod:`selfmotion.certificate._arrays` says what the arrays are, docs/mathematics why the result is a bound. The proof is
+:func:`shortfall` with :func:`bound_at` and :func:`kept_sag`, and :func:`pair`; the tests that let a pair be skipped are
+in ``_chord_kernels``, and what lets a cell be dropped is :func:`least_to` and :func:`least_through`. What is proposed,
+in ``_proposal_kernels``, only makes it sharp. Work arrays are handed down: allocating them costs more than using them.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import numpy as np
 
 from selfmotion._compiled import kernel
 from selfmotion._types import BoolArray, FloatArray
+from selfmotion.certificate._arrays import Arcs, Values
 from selfmotion.certificate._chord_kernels import (
     BLOCK,
     L1,
@@ -23,12 +24,17 @@ from selfmotion.certificate._chord_kernels import (
     cost,
     distance,
     is_far,
+    least_of,
+    loose,
 )
 from selfmotion.certificate._proposal_kernels import WORK, extend, propose
 
 _CLOSER = 1e-7  # of a cell's length: a tangent plane is off by so much
+_TRIALS = 30
+_DAMPING = 0.01  # of a residual's second derivatives: what is added where a step did not lower it
 _SAFELY = 1e-12  # relative, what second-order terms are lowered by: far more than their rounding
-_LEAST_PART, _MOST_PART = 1e-3, 0.5  # of what c bends, given up so that deviations lose less
+_LEAST_PART, _MOST_PART = 1e-6, 0.5  # of what c bends, given up so that deviations lose less
+_ROUND = 1e-15  # of unit vectors
 
 
 @kernel
@@ -39,93 +45,169 @@ def plane_least(value: float, by_s: float, by_t: float, s: float, t: float) -> f
 
 @kernel
 def shortfall(
-    kind: int, h: float, w: FloatArray, d0: FloatArray, stepa: FloatArray, stepb: FloatArray,
-    va: float, vb: float, sag: float, wa: float, wb: float, sagging: float,
-    ga: FloatArray, gb: FloatArray, deva: FloatArray, devb: FloatArray,
-    enough: float, d: FloatArray, g: FloatArray, bend: FloatArray,
+    kind: int, h: float, w: FloatArray, d0: FloatArray, old: Arcs, values: Values, j: int,
+    new: Arcs, proposed: Values, k: int, enough: float, work: FloatArray,
 ) -> float:  # fmt: skip
-    """Return a lower bound of the residual of a pair of cells,
+    """Return a lower bound of the residual of old cell j, with values V, and new cell k, with proposed values W,
 
-    ``V(s) + ga·e + c(d0 + t·stepb + f − s·stepa − e; h) − W(t) − gb·f``,
+    ``V(s) + g·e + c(d0 + y(t) + f − x(s) − e; h) − W(t) − g'·f``,
 
-    over 0 ≤ s, t ≤ 1, |e| ≤ deva, |f| ≤ devb, with ``V(s) = (1 − s) va + s vb − ½ sag s (1 − s)`` and
-    ``W(t) = (1 − t) wa + t wb − ½ sagging t (1 − t)``. As far as c bends more than W sags, it is convex in (s, t), so
-    every tangent plane bounds it from below; Newton's method only looks for a good one. The rest of what W sags is
-    dropped, which lowers the residual. The search ends where the bound is above `enough`.
+    over 0 ≤ s, t ≤ 1, |e| ≤ rest, |f| ≤ rest', x and y being the cells' parabolas from their ends a on. The search ends
+    where the bound is above `enough`; Newton's method only looks for a good plane.
     """
-    n = len(d0)
+    n = len(w)
     if kind == L1:
-        return shortfall_l1(w, d0, stepa, stepb, va, vb, wa, wb, ga, gb, deva, devb) - (0.125 + ROUNDING) * sag
-    sagging, loss = carried_sag(kind, h, w, d0, stepa, stepb, sag, sagging, deva, devb)
-    s, t, best, before, trials = 0.5, 0.5, -np.inf, np.inf, 0
-    s0, t0, ds, dt = s, t, 0.0, 0.0
-    for _ in range(30):
+        return shortfall_l1(w, d0, old, values, j, new, proposed, k)
+    d, g, bend, least_bend = work[7], work[8], work[9], work[10]
+    va, rise, sag = values.v[j, 0], values.v[j, 1] - values.v[j, 0], values.sag[j]
+    wa, climb, sagging = proposed.v[k, 0], proposed.v[k, 1] - proposed.v[k, 0], proposed.sag[k]
+    s, t, best, before, damping = 0.5, 0.5, -np.inf, np.inf, 0.0
+    s0, t0, ds, dt, last = s, t, 0.0, 0.0, False
+    slope_s, slope_t, bend_s, bend_st, bend_t = 0.0, 0.0, 0.0, 0.0, 0.0
+    for trial in range(_TRIALS):
         for i in range(n):
-            d[i] = d0[i] + t * stepb[i] - s * stepa[i]
+            at_x = s * (old.b[j, i] - old.a[j, i]) + 0.5 * s * (1.0 - s) * old.bow[j, i]
+            at_y = t * (new.b[k, i] - new.a[k, i]) + 0.5 * t * (1.0 - t) * new.bow[k, i]
+            d[i] = d0[i] + at_y - at_x
         length, factor = chord(kind, d, h, w, g, bend)
-        value = va + s * (vb - va) - wa - t * (wb - wa) + length
-        value += 0.5 * (sagging * t * (1.0 - t) - sag * s * (1.0 - s))
-        along_a, along_b, lost = 0.0, 0.0, loss
-        size = abs(va) + abs(vb) + abs(wa) + abs(wb) + length + sag + sagging + loss
+        value = va + s * rise - wa - t * climb + length + 0.5 * (sagging * t * (1.0 - t) - sag * s * (1.0 - s))
+        along_a, along_b, lost = 0.0, 0.0, 0.0
+        hss, hst, htt = sag, 0.0, -sagging
+        size = abs(va) + abs(rise) + abs(wa) + abs(climb) + length + abs(sag) + abs(sagging)
         for i in range(n):
-            along_a += g[i] * stepa[i]
-            along_b += g[i] * stepb[i]
-            lost += abs(g[i] - ga[i]) * deva[i] + abs(g[i] - gb[i]) * devb[i]
-            size += abs(g[i]) * (abs(d0[i]) + abs(stepa[i]) + abs(stepb[i]))
-        by_s, by_t = vb - va - sag * (0.5 - s) - along_a, wa - wb + sagging * (0.5 - t) + along_b
-        bound = plane_least(value, by_s, by_t, s, t) - lost - ROUNDING * size
-        best = max(best, bound)
-        if best >= enough:
-            return best
-        if value > before + ROUNDING * size and trials < 8:  # too far: half the step
-            ds, dt, trials = 0.5 * ds, 0.5 * dt, trials + 1
+            one = old.b[j, i] - old.a[j, i] + (0.5 - s) * old.bow[j, i]
+            two = new.b[k, i] - new.a[k, i] + (0.5 - t) * new.bow[k, i]
+            along_a += g[i] * one
+            along_b += g[i] * two
+            hss += bend[i] * one * one + g[i] * old.bow[j, i]
+            hst -= bend[i] * one * two
+            htt += bend[i] * two * two - g[i] * new.bow[k, i]
+            lost += abs(g[i] - values.g[j, i]) * old.rest[j, i] + abs(g[i] - proposed.g[k, i]) * new.rest[k, i]
+            size += abs(g[i]) * (abs(d0[i]) + abs(one) + abs(two) + abs(old.bow[j, i]) + abs(new.bow[k, i]))
+        by_s, by_t = rise - sag * (0.5 - s) - along_a, -climb + sagging * (0.5 - t) + along_b
+        if last or plane_least(value, by_s, by_t, s, t) - lost - ROUNDING * size >= enough:
+            fill_least_bend(kind, h, w, d0, d, old, j, new, k, least_bend)
+            bound = bound_at(value, by_s, by_t, s, t, old, values, j, new, proposed, k, g, least_bend)
+            best = max(best, bound - lost - ROUNDING * size)
+            if last or best >= enough:
+                break
+        if value > before + ROUNDING * size:  # too far
+            damping = max(10.0 * damping, _DAMPING * (bend_s + abs(bend_t)))
         else:
-            s0, t0, before, trials = s, t, value, 0
-            hss, hst = sag - factor * along_a * along_a, factor * along_a * along_b
-            htt = -sagging - factor * along_b * along_b
-            for i in range(n):
-                hss += bend[i] * stepa[i] * stepa[i]
-                hst -= bend[i] * stepa[i] * stepb[i]
-                htt += bend[i] * stepb[i] * stepb[i]
-            ds, dt = square_step(by_s, by_t, hss, hst, htt, s, t)
-        if abs(ds) + abs(dt) < _CLOSER:
-            break
+            s0, t0, before, damping, slope_s, slope_t = s, t, value, 0.1 * damping, by_s, by_t
+            bend_s, bend_st = hss - factor * along_a**2, hst + factor * along_a * along_b
+            bend_t = htt - factor * along_b**2
+        ds, dt = square_step(slope_s, slope_t, bend_s + damping, bend_st, bend_t + damping, s0, t0)
+        last = abs(ds) + abs(dt) < _CLOSER
+        if trial == _TRIALS - 2:
+            last, ds, dt = True, 0.0, 0.0
         s, t = min(max(s0 + ds, 0.0), 1.0), min(max(t0 + dt, 0.0), 1.0)
     return best
 
 
 @kernel
-def carried_sag(
-    kind: int, h: float, w: FloatArray, d0: FloatArray, stepa: FloatArray, stepb: FloatArray,
-    sag: float, sagging: float, deva: FloatArray, devb: FloatArray,
-) -> tuple[float, float]:  # fmt: skip
-    """Return how much of `sagging` the residual of :func:`shortfall` stays convex with, and what that costs it.
+def fill_least_bend(
+    kind: int, h: float, w: FloatArray, d0: FloatArray, d: FloatArray, old: Arcs, j: int, new: Arcs, k: int,
+    least_bend: FloatArray,
+) -> None:  # fmt: skip
+    """Fill in β (n,) with ``c(d + z) ≥ c(d) + ∇c(d)·z + ½ Σ β_i z_i²`` for all d + z that the pair can have.
 
-    With B ≤ ∇²c wherever d may be, ``c(d + x + ε) ≥ c(d) + ∇c(d)·(x + ε) + ½(1 − θ)|x|² − ½(1/θ − 1)|ε|²`` in the norm
-    of B, for every θ in (0, 1]. In (s, t) the second-order terms are positive semidefinite as long as `sagging` is at
-    most the Schur complement.
+    One joint's ``2 (c(d + z) − c(d) − c'(d) z)/z²`` is a weighted mean of c'' from d to d + z. As c'' rises to its
+    maximum at zero and falls, so does the mean with z: it is least at an end, or is c''(d) where z = 0.
     """
-    if kind != TRAVEL or sagging <= 0.0:
-        return 0.0, 0.0
-    hss, hst, htt, loose = 0.0, 0.0, 0.0, 0.0
-    for i in range(len(d0)):
-        low = d0[i] + min(stepb[i], 0.0) - max(stepa[i], 0.0)
-        high = d0[i] + max(stepb[i], 0.0) - min(stepa[i], 0.0)
-        off = deva[i] + devb[i]
-        far = max(abs(low), abs(high)) + off
-        square = h * h + far * far
-        bend = (1.0 - _SAFELY) * w[i] * h * h / (square * np.sqrt(square))
-        hss += bend * stepa[i] * stepa[i]
-        hst -= bend * stepa[i] * stepb[i]
-        htt += bend * stepb[i] * stepb[i]
-        loose += bend * off * off
-    part = min(max(2.0 * np.sqrt(loose * htt) / sagging, _LEAST_PART), _MOST_PART)  # θ: about where both lose least
-    whole = (1.0 - part) * hss + sag
-    schur = (1.0 - part) * (htt - ((1.0 - part) * hst * hst / whole if whole > 0.0 else 0.0))
-    kept = min(sagging, schur - _SAFELY * htt)
-    if kept <= 0.0:
-        return 0.0, 0.0
-    return kept, 0.5 * (1.0 / part - 1.0) * loose * (1.0 + _SAFELY)
+    for i in range(len(w)):
+        least_bend[i] = 0.0
+        if kind != TRAVEL:
+            continue
+        stepa, stepb = old.b[j, i] - old.a[j, i], new.b[k, i] - new.a[k, i]
+        off = old.dev[j, i] + new.dev[k, i]
+        most, far = 0.0, np.sqrt(h * h + d[i] * d[i])
+        for end in range(3):
+            if end == 0:
+                x = d0[i] + min(stepb, 0.0) - max(stepa, 0.0) - off
+            elif end == 1:
+                x = d0[i] + max(stepb, 0.0) - min(stepa, 0.0) + off
+            else:
+                x = d[i]
+            other = np.sqrt(h * h + x * x)
+            below = far * (far * other + h * h + d[i] * x)
+            most = max(most, below + ROUNDING * far * (far * other + h * h + abs(d[i] * x)))
+        least_bend[i] = (1.0 - _SAFELY) * 2.0 * w[i] * h * h / most
+
+
+@kernel
+def bound_at(
+    value: float, by_s: float, by_t: float, s: float, t: float, old: Arcs, values: Values, j: int,
+    new: Arcs, proposed: Values, k: int, g: FloatArray, least_bend: FloatArray,
+) -> float:  # fmt: skip
+    """Return a bound of the residual of a pair from its value and derivatives at (s, t), as if slopes were right.
+
+    In second order it bends up in s by ``sag + g·bow`` and down in t by ``sagging + g·bow'``; what c bends makes it
+    convex, as far as W sags no more than :func:`kept_sag` says, so that the tangent plane is below it. The rest of what
+    W sags is dropped, which lowers the residual.
+    """
+    up, down, size = values.sag[j], proposed.sag[k], abs(values.sag[j]) + abs(proposed.sag[k])
+    for i in range(len(g)):
+        up += g[i] * old.bow[j, i]
+        down += g[i] * new.bow[k, i]
+    wide = max(s, 1.0 - s)
+    kept, loss = min(down, 0.0), 0.5 * max(-up, 0.0) * wide * wide
+    if down > 0.0 or up < 0.0:
+        carried, lost = kept_sag(up, down, s, t, old, j, new, k, least_bend)
+        if 0.125 * carried - lost > 0.125 * kept - loss:
+            kept, loss = carried, lost
+    dropped = down - kept
+    plane = plane_least(value - 0.5 * dropped * t * (1.0 - t), by_s, by_t - dropped * (0.5 - t), s, t)
+    return plane - loss - ROUNDING * (size + abs(up) + abs(down) + loss)
+
+
+@kernel
+def kept_sag(
+    up: float, down: float, s: float, t: float, old: Arcs, j: int, new: Arcs, k: int, least_bend: FloatArray
+) -> tuple[float, float]:
+    """Return how much of `down` what c bends makes up for, and what that costs.
+
+    docs/mathematics, "Values", with its letters: x is the linear part of what d differs by from the plane's point, and
+    what both cells bend, together with their deviations, is at most r|x| + E in the norm of `least_bend`.
+    """
+    n = len(least_bend)
+    aa, ab, bb, off = 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        one = old.b[j, i] - old.a[j, i] + (0.5 - s) * old.bow[j, i]
+        two = new.b[k, i] - new.a[k, i] + (0.5 - t) * new.bow[k, i]
+        aa += least_bend[i] * one * one
+        ab += least_bend[i] * one * two
+        bb += least_bend[i] * two * two
+        off += least_bend[i] * (old.rest[j, i] + new.rest[k, i]) ** 2
+    if bb <= 0.0:
+        return -np.inf, 0.0
+    # Both cells bend like one curve as far as their directions and curvatures agree; lengths need not.
+    na, nb, same = np.sqrt(aa), np.sqrt(bb), 1.0 if ab >= 0.0 else -1.0
+    turn, mean, differ = 0.0, 0.0, 0.0
+    for i in range(n):
+        two = (new.b[k, i] - new.a[k, i] + (0.5 - t) * new.bow[k, i]) / nb
+        curve = new.bow[k, i] / bb
+        one, other = two, curve
+        if aa > 0.0:
+            one = same * (old.b[j, i] - old.a[j, i] + (0.5 - s) * old.bow[j, i]) / na
+            other = old.bow[j, i] / aa
+        turn += least_bend[i] * (two - one) ** 2
+        mean += least_bend[i] * (0.5 * (curve + other)) ** 2
+        differ += least_bend[i] * (curve - other) ** 2
+    turn, mean, differ = np.sqrt(turn) + _ROUND, np.sqrt(mean), np.sqrt(differ)
+    reach_a, reach_b = na * max(s, 1.0 - s), nb * max(t, 1.0 - t)
+    reach, straight = reach_a + reach_b, np.sqrt(max(1.0 - 0.25 * turn * turn, 1e-3))
+    r = 0.5 * reach * mean / straight
+    e = r * 0.5 * reach * turn + 0.25 * (reach_a**2 + reach_b**2) * differ + np.sqrt(off)
+    r, e = r * (1.0 + _SAFELY), e * (1.0 + _SAFELY)
+    part = np.sqrt(2.0 * r * r + 8.0 * e * e * bb / max(up * up, down * down))  # about where both losses are least
+    part = min(max(part, _LEAST_PART), _MOST_PART)
+    keep = 1.0 - part - 2.0 * (1.0 / part - 1.0) * r * r - _SAFELY
+    whole = up + keep * aa
+    if keep <= 0.0 or whole < 0.1 * keep * aa:
+        return -np.inf, 0.0
+    schur = keep * (bb - (keep * ab * ab / whole if whole > 0.0 else 0.0))
+    return min(down, schur - _SAFELY * bb), (1.0 / part - 1.0) * e * e * (1.0 + _SAFELY)
 
 
 @kernel
@@ -158,20 +240,26 @@ def square_step(
 
 @kernel
 def shortfall_l1(
-    w: FloatArray, d0: FloatArray, stepa: FloatArray, stepb: FloatArray, va: float, vb: float, wa: float, wb: float,
-    ga: FloatArray, gb: FloatArray, deva: FloatArray, devb: FloatArray,
-) -> float:  # fmt: skip
-    """As :func:`shortfall` for l1: the residual is piecewise linear in s and t, so its least value is at a vertex."""
-    n = len(d0)
-    lost, size = 0.0, abs(va) + abs(vb) + abs(wa) + abs(wb)
+    w: FloatArray, d0: FloatArray, old: Arcs, values: Values, j: int, new: Arcs, proposed: Values, k: int
+) -> float:
+    """As :func:`shortfall` for l1: the residual is piecewise linear in s and t, so its least value is at a vertex.
+
+    What cells bend and values sag is lost.
+    """
+    n = len(w)
+    stepa, stepb = old.b[j] - old.a[j], new.b[k] - new.a[k]
+    va, vb, wa, wb = values.v[j, 0], values.v[j, 1], proposed.v[k, 0], proposed.v[k, 1]
+    lost, size = 0.125 * (max(values.sag[j], 0.0) + max(-proposed.sag[k], 0.0)), abs(va) + abs(vb) + abs(wa) + abs(wb)
     for i in range(n):
-        low = d0[i] + min(stepb[i], 0.0) - max(stepa[i], 0.0) - deva[i] - devb[i]
-        high = d0[i] + max(stepb[i], 0.0) - min(stepa[i], 0.0) + deva[i] + devb[i]
-        if low > 0.0 or high < 0.0:
-            slope = w[i] if low > 0.0 else -w[i]
-            lost += abs(slope - ga[i]) * deva[i] + abs(slope - gb[i]) * devb[i]
+        ga, gb, resta, restb = values.g[j, i], proposed.g[k, i], old.rest[j, i], new.rest[k, i]
+        off = old.dev[j, i] + new.dev[k, i]
+        low, high = d0[i] + min(stepb[i], 0.0) - max(stepa[i], 0.0), d0[i] + max(stepb[i], 0.0) - min(stepa[i], 0.0)
+        lost += 0.125 * w[i] * (abs(old.bow[j, i]) + abs(new.bow[k, i]))
+        if low - off > 0.0 or high + off < 0.0:
+            slope = w[i] if low - off > 0.0 else -w[i]
+            lost += abs(slope - ga) * resta + abs(slope - gb) * restb
         else:  # |d + e| ≥ |d| − |e|
-            lost += (w[i] + abs(ga[i])) * deva[i] + (w[i] + abs(gb[i])) * devb[i]
+            lost += (w[i] + abs(ga)) * resta + (w[i] + abs(gb)) * restb
         size += w[i] * (abs(d0[i]) + abs(stepa[i]) + abs(stepb[i]))
     least = np.inf
     # Lines: the n kinks, then s = 0, s = 1, t = 0, t = 1; as p·s + q·t = c.
@@ -190,7 +278,7 @@ def shortfall_l1(
             for i in range(n):
                 value += w[i] * abs(d0[i] + t * stepb[i] - s * stepa[i])
             least = min(least, value)
-    return least - lost - ROUNDING * size
+    return least - lost - ROUNDING * (size + lost)
 
 
 @kernel
@@ -205,23 +293,19 @@ def line(k: int, n: int, d0: FloatArray, stepa: FloatArray, stepb: FloatArray) -
 
 @kernel
 def pair(
-    kind: int, h: float, w: FloatArray, wraps: BoolArray,
-    a: FloatArray, b: FloatArray, dev: FloatArray, va: float, vb: float, sag: float, g: FloatArray, lost: float,
-    ya: FloatArray, yb: FloatArray, ydev: FloatArray, wa: float, wb: float, sagging: float, slopes: FloatArray,
-    worst: float, still: float, most: float, work: FloatArray,
+    kind: int, h: float, w: FloatArray, wraps: BoolArray, old: Arcs, values: Values, j: int,
+    new: Arcs, proposed: Values, k: int, worst: float, still: float, most: float, work: FloatArray,
 ) -> float:  # fmt: skip
-    """Return the larger of `worst` and what the new cell must lose for the sake of an old one."""
+    """Return the larger of `worst` and what new cell k must lose for the sake of old cell j."""
     n = len(w)
-    center, spread, halfway, around, d0, stepa, stepb = work[0], work[1], work[2], work[3], work[4], work[5], work[6]
-    loose = 0.0
+    center, spread, halfway, around, d0 = work[0], work[1], work[2], work[3], work[4]
     for i in range(n):
-        halfway[i] = 0.5 * (a[i] + b[i])
-        around[i] = 0.5 * abs(b[i] - a[i]) + dev[i]
-        loose += abs(g[i]) * dev[i]
-    short, square = distance(ya, yb, ydev, halfway, around, wraps, w, center, spread)
-    least = min(va, vb) - 0.125 * sag
-    need = most - least + loose + lost - worst
-    need += ROUNDING * (abs(most) + abs(least) + loose + abs(lost) + abs(worst))
+        halfway[i] = 0.5 * (old.a[j, i] + old.b[j, i])
+        around[i] = 0.5 * abs(old.b[j, i] - old.a[j, i]) + old.dev[j, i]
+    short, square = distance(new.a[k], new.b[k], new.dev[k], halfway, around, wraps, w, center, spread)
+    least, off, lost = least_of(values, j), loose(values, old, j), values.lost[j]
+    need = most - least + off + lost - worst
+    need += ROUNDING * (abs(most) + abs(least) + off + abs(lost) + abs(worst))
     if is_far(kind, short, square, still, need):
         return worst
     # A free joint near half a turn may go either way round.
@@ -232,147 +316,125 @@ def pair(
     for way in range(ways):
         left = way
         for i in range(n):
-            stepa[i], stepb[i] = b[i] - a[i], yb[i] - ya[i]
             x = center[i]
             if wraps[i] and abs(x) + spread[i] >= np.pi:
                 x -= TAU * np.sign(x) * (left % 2)
                 left //= 2
-            d0[i] = x + 0.5 * (stepa[i] - stepb[i])
-        found = shortfall(
-            kind, h, w, d0, stepa, stepb, va, vb, sag, wa, wb, sagging, g, slopes, dev, ydev, lost - worst,
-            work[7], work[8], work[9],
-        )  # fmt: skip
-        worst = max(worst, lost - found)
+            d0[i] = x + 0.5 * (old.b[j, i] - old.a[j, i] - (new.b[k, i] - new.a[k, i]))
+        worst = max(worst, lost - shortfall(kind, h, w, d0, old, values, j, new, proposed, k, lost - worst, work))
     return worst
 
 
 @kernel
 def lost_by(
-    kind: int, h: float, w: FloatArray, wraps: BoolArray,
-    a: FloatArray, b: FloatArray, dev: FloatArray, v: FloatArray, sag: FloatArray, g: FloatArray, lost: FloatArray,
-    middle: FloatArray, room: FloatArray, gain: FloatArray, near: int,
-    ya: FloatArray, yb: FloatArray, ydev: FloatArray, wa: float, wb: float, sagging: float, slopes: FloatArray,
+    kind: int, h: float, w: FloatArray, wraps: BoolArray, old: Arcs, values: Values,
+    middle: FloatArray, room: FloatArray, gain: FloatArray, near: int, new: Arcs, proposed: Values, k: int,
     still: float, work: FloatArray,
 ) -> float:  # fmt: skip
-    """Return what a new cell must lose for the sake of all old ones; `near` is likely to be the worst of them."""
-    most = max(wa, wb)
-    for i in range(len(w)):
-        most += abs(slopes[i]) * ydev[i]
-    most += ROUNDING * abs(most)
-    worst = pair(
-        kind, h, w, wraps, a[near], b[near], dev[near], v[near, 0], v[near, 1], sag[near], g[near], lost[near],
-        ya, yb, ydev, wa, wb, sagging, slopes, -np.inf, still, most, work,
-    )  # fmt: skip
+    """Return what new cell k must lose for the sake of all old ones; `near` is likely to be the worst of them."""
+    most = max(proposed.v[k, 0], proposed.v[k, 1]) + 0.125 * max(-proposed.sag[k], 0.0) + loose(proposed, new, k)
+    most += ROUNDING * (abs(most) + abs(proposed.sag[k]))
+    worst = pair(kind, h, w, wraps, old, values, near, new, proposed, k, -np.inf, still, most, work)
     for block in range(len(gain)):
         need = (most + gain[block] - worst) + ROUNDING * (abs(gain[block]) + abs(worst))
-        short, square = distance(ya, yb, ydev, middle[block], room[block], wraps, w, work[0], work[1])
+        short, square = distance(
+            new.a[k], new.b[k], new.dev[k], middle[block], room[block], wraps, w, work[0], work[1]
+        )  # fmt: skip
         if is_far(kind, short, square, still, need):
             continue
-        for j in range(block * BLOCK, min(block * BLOCK + BLOCK, len(a))):
-            worst = pair(
-                kind, h, w, wraps, a[j], b[j], dev[j], v[j, 0], v[j, 1], sag[j], g[j], lost[j],
-                ya, yb, ydev, wa, wb, sagging, slopes, worst, still, most, work,
-            )  # fmt: skip
+        for j in range(block * BLOCK, min(block * BLOCK + BLOCK, len(old.a))):
+            if j != near:
+                worst = pair(kind, h, w, wraps, old, values, j, new, proposed, k, worst, still, most, work)
     return worst
 
 
 @kernel
 def step_values(
-    kind: int, h: float, w: FloatArray, wraps: BoolArray,
-    a: FloatArray, b: FloatArray, dev: FloatArray, v: FloatArray, sag: FloatArray, g: FloatArray, lost: FloatArray,
-    severed: BoolArray, extended: bool,
-    ya: FloatArray, yb: FloatArray, ydev: FloatArray, yjoined: BoolArray,
-    out: FloatArray, sagging: FloatArray, slopes: FloatArray, out_lost: FloatArray,
+    kind: int, h: float, w: FloatArray, wraps: BoolArray, old: Arcs, values: Values, severed: BoolArray,
+    new: Arcs, joined: BoolArray, found: Values,
 ) -> None:  # fmt: skip
-    """Carry values from the cells of one slice (a, b, dev, with v, sag, g, lost) to those of the next (ya, yb, ydev).
+    """Carry values from the cells of one slice to those of the next, `found`.
 
-    Proposes values `out` (m, 2) at the ends of the new cells, how they sag between, `sagging` (m,), and `slopes`
-    (m, n), and finds how much each cell must lose, `out_lost` (m,), so that no pair falls short: the proved value is
-    the proposed one less what is lost. If `extended`, proposals go on smoothly where the tube is cut off, ends of cells
-    where it goes on being `severed`.
+    Proposes values at the ends of the new cells, how they sag between, and slopes, and finds how much each cell must
+    lose so that no pair falls short: the proved value is the proposed one less what is lost. Proposals are made as if
+    old cells went on beyond their `severed` (m, 2) ends. New cells that are `joined` (k,) begin where the one before
+    ends.
     """
-    m, n = a.shape
-    count = len(ya)
+    m, n = old.a.shape
+    count = len(new.a)
     work = np.empty((WORK, n))
     blocks = (m + BLOCK - 1) // BLOCK
     middle, room, lowest, gain = np.empty((blocks, n)), np.empty((blocks, n)), np.empty(blocks), np.empty(blocks)
-    blocks_of(wraps, a, b, dev, v, sag, g, lost, middle, room, lowest, gain)
+    blocks_of(wraps, old, values, middle, room, lowest, gain)
     near, sources = 0, np.zeros(count, np.int64)
     ends, cut = np.empty((count, 2, n)), np.zeros((count, 2), np.bool_)
     for k in range(count):
         for end in range(2):
-            if end == 0 and k > 0 and yjoined[k]:
-                out[k, 0], cut[k, 0] = out[k - 1, 1], cut[k - 1, 1]
+            if end == 0 and k > 0 and joined[k]:
+                found.v[k, 0], cut[k, 0] = found.v[k - 1, 1], cut[k - 1, 1]
                 ends[k, 0] = ends[k - 1, 1]
                 continue
-            out[k, end], near, s = propose(
-                kind, h, w, wraps, a, b, v, sag, middle, room, lowest,
-                ya[k] if end == 0 else yb[k], near, ends[k, end], work,
+            found.v[k, end], near, _, cut[k, end] = propose(
+                kind, h, w, wraps, old, values, severed, middle, room, lowest,
+                new.a[k] if end == 0 else new.b[k], near, ends[k, end], work,
             )  # fmt: skip
-            cut[k, end] = (s == 0.0 and severed[near, 0]) or (s == 1.0 and severed[near, 1])
         sources[k] = near
-    if extended:
-        extend(yjoined, ya, yb, cut, out, ends, kind == TRAVEL)
+    extend(new, joined, cut, found.v, ends, kind == TRAVEL)
+    for k in range(count):
+        sag, along = 0.0, 0.0
+        for i in range(n):
+            found.g[k, i] = 0.5 * (ends[k, 0, i] + ends[k, 1, i])
+            sag += (ends[k, 1, i] - ends[k, 0, i]) * (new.b[k, i] - new.a[k, i])
+            along += found.g[k, i] * new.bow[k, i]
+        found.sag[k] = sag - along if kind == TRAVEL else 0.0
     still = w.sum() * h * (1.0 - ROUNDING)
     for k in range(count):
-        sagging[k] = 0.0
-        for i in range(n):
-            slopes[k, i] = 0.5 * (ends[k, 0, i] + ends[k, 1, i])
-            sagging[k] += (ends[k, 1, i] - ends[k, 0, i]) * (yb[k, i] - ya[k, i])
-        sagging[k] = max(sagging[k], 0.0) if kind == TRAVEL else 0.0
-        out_lost[k] = lost_by(
-            kind, h, w, wraps, a, b, dev, v, sag, g, lost, middle, room, gain, sources[k],
-            ya[k], yb[k], ydev[k], out[k, 0], out[k, 1], sagging[k], slopes[k], still, work,
+        found.lost[k] = lost_by(
+            kind, h, w, wraps, old, values, middle, room, gain, sources[k], new, found, k, still, work
         )  # fmt: skip
 
 
 @kernel
 def least_to(
-    kind: int, h: float, w: FloatArray, wraps: BoolArray,
-    a: FloatArray, b: FloatArray, dev: FloatArray, v: FloatArray, sag: FloatArray, g: FloatArray, lost: FloatArray,
-    ya: FloatArray, yb: FloatArray, ydev: FloatArray, out: FloatArray,
-) -> None:  # fmt: skip
+    kind: int, h: float, w: FloatArray, wraps: BoolArray, old: Arcs, values: Values, new: Arcs, out: FloatArray
+) -> None:
     """Fill in, per cell of the next slice, a bound on the cost of motions that arrive there: cells are boxes here.
 
     A cell's least value and the chord over the gaps between two boxes are less than what :func:`step_values` finds, at
     a small part of its cost.
     """
-    m, n = a.shape
+    m, n = old.a.shape
     middle, room, lowest, apart = np.empty((m, n)), np.empty((m, n)), np.empty(m), np.empty(n)
     for j in range(m):
-        loose, size = 0.0, 0.0
         for i in range(n):
-            middle[j, i], room[j, i] = 0.5 * (a[j, i] + b[j, i]), 0.5 * abs(b[j, i] - a[j, i]) + dev[j, i]
-            loose += abs(g[j, i]) * dev[j, i]
-        least = min(v[j, 0], v[j, 1])
-        size = abs(least) + sag[j] + loose + abs(lost[j])
-        lowest[j] = least - 0.125 * sag[j] - loose - lost[j] - ROUNDING * size
-    for k in range(len(ya)):
+            middle[j, i] = 0.5 * (old.a[j, i] + old.b[j, i])
+            room[j, i] = 0.5 * abs(old.b[j, i] - old.a[j, i]) + old.dev[j, i]
+        least, off, lost = least_of(values, j), loose(values, old, j), values.lost[j]
+        lowest[j] = least - off - lost - ROUNDING * (abs(least) + abs(values.sag[j]) + off + abs(lost))
+    for k in range(len(new.a)):
         out[k] = np.inf
         for j in range(m):
             for i in range(n):
-                x = 0.5 * (ya[k, i] + yb[k, i]) - middle[j, i]
+                x = 0.5 * (new.a[k, i] + new.b[k, i]) - middle[j, i]
                 if wraps[i]:
                     x -= TAU * np.rint(x / TAU)
-                apart[i] = max(abs(x) - (0.5 * abs(yb[k, i] - ya[k, i]) + ydev[k, i] + room[j, i]), 0.0)
+                apart[i] = max(abs(x) - (0.5 * abs(new.b[k, i] - new.a[k, i]) + new.dev[k, i] + room[j, i]), 0.0)
             length = cost(kind, apart, h, w)
             out[k] = min(out[k], lowest[j] + length - ROUNDING * (abs(lowest[j]) + length))
 
 
 @kernel
-def least_through(
-    dev: FloatArray, forward: FloatArray, sag: FloatArray, slopes: FloatArray, lost: FloatArray,
-    backward: FloatArray, back_sag: FloatArray, back_slopes: FloatArray, back_lost: FloatArray, out: FloatArray,
-) -> None:  # fmt: skip
+def least_through(cells: Arcs, one: Values, two: Values, out: FloatArray) -> None:
     """Fill in, per cell, the least cost of a motion through it: both values, where their sum is least, less losses."""
-    m, n = slopes.shape
+    m, n = cells.a.shape
     for k in range(m):
-        less, size = lost[k] + back_lost[k], abs(lost[k]) + abs(back_lost[k])
+        less, size = one.lost[k] + two.lost[k], abs(one.lost[k]) + abs(two.lost[k])
         for i in range(n):
-            less += abs(slopes[k, i] + back_slopes[k, i]) * dev[k, i]
-            size += (abs(slopes[k, i]) + abs(back_slopes[k, i])) * dev[k, i]
-        at_a, at_b, both = forward[k, 0] + backward[k, 0], forward[k, 1] + backward[k, 1], sag[k] + back_sag[k]
+            less += abs(one.g[k, i] + two.g[k, i]) * cells.rest[k, i]
+            size += (abs(one.g[k, i]) + abs(two.g[k, i])) * cells.rest[k, i]
+        at_a, at_b, both = one.v[k, 0] + two.v[k, 0], one.v[k, 1] + two.v[k, 1], one.sag[k] + two.sag[k]
         least, step = min(at_a, at_b), at_b - at_a
         if abs(step) < 0.5 * both:  # the parabola is least between the ends
             least = 0.5 * (at_a + at_b) - 0.125 * both - 0.5 * step * step / both
-        out[k] = least - less - ROUNDING * (abs(at_a) + abs(at_b) + both + size)
+        size += abs(at_a) + abs(at_b) + abs(one.sag[k]) + abs(two.sag[k])
+        out[k] = least - less - ROUNDING * size

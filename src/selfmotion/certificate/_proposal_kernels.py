@@ -6,74 +6,86 @@ import numpy as np
 
 from selfmotion._compiled import kernel
 from selfmotion._types import BoolArray, FloatArray
-from selfmotion.certificate._chord_kernels import BLOCK, L1, TAU, blocks_of, chord, cost, distance, is_far
+from selfmotion.certificate._arrays import Arcs, Values
+from selfmotion.certificate._chord_kernels import BLOCK, L1, TAU, blocks_of, chord, cost, distance, is_far, least_of
 
-WORK = 10  # rows of the work arrays that are handed down
-_CLOSE = 1e-4  # of a cell's length: a proposal that is off by so much in s is off by its square in value
+WORK = 11  # rows of the work arrays that are handed down
+_BEYOND = 2.0  # how far cells at the ends of a tube are thought to go on, in slab widths [rad]
+_STEPS = 30
+_CLOSE = 1e-8  # of a cell: what a value bends comes from differences of slopes, which are off by as much as the source
 
 
 @kernel
 def best_along(
-    kind: int, h: float, w: FloatArray, y: FloatArray, a: FloatArray, step: FloatArray, va: float, vb: float,
-    sag: float, d: FloatArray, g: FloatArray, bend: FloatArray,
+    kind: int, h: float, w: FloatArray, y: FloatArray, cells: Arcs, values: Values, k: int, first: float, last: float,
+    d: FloatArray, g: FloatArray, bend: FloatArray,
 ) -> tuple[float, float]:  # fmt: skip
-    """Minimise ``(1 − s) va + s vb − ½ sag s (1 − s) + c(y − a − s·step; h)`` over s in [0, 1]; return value and s."""
+    """Minimise the value at s of cell k and the chord from there to y over first ≤ s ≤ last; return it and s.
+
+    Fills in ∇c of the chord in g.
+    """
     n = len(y)
-    best, at = np.inf, 0.0
+    a, b, bow, sag = cells.a[k], cells.b[k], cells.bow[k], values.sag[k]
+    va, rise = values.v[k, 0], values.v[k, 1] - values.v[k, 0]
+    best, at = np.inf, first
     if kind == L1:
-        for k in range(n + 2):
-            if k < n and step[k] == 0.0:
+        for j in range(n + 2):
+            if j < n and b[j] == a[j]:
                 continue
-            s = 0.0 if k == n else 1.0 if k > n else min(max((y[k] - a[k]) / step[k], 0.0), 1.0)
+            s = first if j == n else last if j > n else min(max((y[j] - a[j]) / (b[j] - a[j]), first), last)
             for i in range(n):
-                d[i] = y[i] - a[i] - s * step[i]
-            value = va + s * (vb - va) + cost(kind, d, h, w)
+                d[i] = y[i] - a[i] - s * (b[i] - a[i])
+            value = va + s * rise + cost(kind, d, h, w)
             if value < best:
                 best, at = value, s
     else:
-        low, high, s = 0.0, 1.0, 0.5
-        for _ in range(25):
+        low, high, s, seen_low, seen_high = first, last, 0.5, False, False
+        for _ in range(_STEPS):
             for i in range(n):
-                d[i] = y[i] - a[i] - s * step[i]
+                d[i] = y[i] - a[i] - s * (b[i] - a[i]) - 0.5 * s * (1.0 - s) * bow[i]
             length, factor = chord(kind, d, h, w, g, bend)
-            value = va + s * (vb - va) - 0.5 * sag * s * (1.0 - s) + length
+            value = va + s * rise - 0.5 * sag * s * (1.0 - s) + length
             if value < best:
                 best, at = value, s
             along, curved = 0.0, sag
             for i in range(n):
-                along += g[i] * step[i]
-                curved += bend[i] * step[i] * step[i]
-            slope = vb - va - sag * (0.5 - s) - along
+                tangent = b[i] - a[i] + (0.5 - s) * bow[i]
+                along += g[i] * tangent
+                curved += bend[i] * tangent * tangent + g[i] * bow[i]
+            slope = rise - sag * (0.5 - s) - along
             curved -= factor * along * along
             if slope > 0.0:
-                high = s
+                high, seen_high = s, True
             else:
-                low = s
-            new = s - slope / curved if curved > 0.0 else (0.0 if slope > 0.0 else 1.0)
-            new = min(max(new, 0.0), 1.0)
-            if (new < low or new > high) or (new != 0.0 and new != 1.0 and abs(new - s) > 0.75):
-                new = 0.5 * (low + high)
+                low, seen_low = s, True
+            new = s - slope / curved if curved > 0.0 else (first if slope > 0.0 else last)
+            if new >= high:  # an end is looked at once; beyond what was looked at, halving is safe
+                new = 0.5 * (low + high) if seen_high else high
+            elif new <= low:
+                new = 0.5 * (low + high) if seen_low else low
             if abs(new - s) <= _CLOSE:
                 break
             s = new
     for i in range(n):
-        d[i] = y[i] - a[i] - at * step[i]
+        d[i] = y[i] - a[i] - at * (b[i] - a[i]) - 0.5 * at * (1.0 - at) * bow[i]
     chord(kind, d, h, w, g, bend)
     return best, at
 
 
 @kernel
 def propose(
-    kind: int, h: float, w: FloatArray, wraps: BoolArray, a: FloatArray, b: FloatArray, v: FloatArray,
-    sag: FloatArray, middle: FloatArray, room: FloatArray, lowest: FloatArray,
-    y: FloatArray, near: int, g: FloatArray, work: FloatArray,
-) -> tuple[float, int, float]:  # fmt: skip
+    kind: int, h: float, w: FloatArray, wraps: BoolArray, cells: Arcs, values: Values, severed: BoolArray,
+    middle: FloatArray, room: FloatArray, lowest: FloatArray, y: FloatArray, near: int, g: FloatArray, work: FloatArray,
+) -> tuple[float, int, float, bool]:  # fmt: skip
     """Return the least value with which posture y can be reached from cells, the cell and its s; fill in ∇c there.
 
-    Cell `near` is likely to be that cell. Blocks of cells (middle, room, lowest), and cells, that can do no better than
-    what is found are not looked into.
+    Cells are thought to go on beyond `severed` (m, 2) ends, though not for ever; the last is whether y may come from
+    further away. Cell `near` is likely to be the one. Blocks of cells (middle, room, lowest), and cells, that can do no
+    better than what is found are not looked into.
     """
+    a, b = cells.a, cells.b
     m, n = a.shape
+    cut = False
     d, step, shifted, trial, bend, none = work[0], work[1], work[2], work[3], work[4], work[5]
     halfway, half = work[6], work[7]
     still = 0.0
@@ -94,66 +106,73 @@ def propose(
                 if k == near:
                     continue
                 for i in range(n):
-                    halfway[i], half[i] = 0.5 * (a[k, i] + b[k, i]), 0.5 * abs(b[k, i] - a[k, i])
+                    halfway[i], half[i] = 0.5 * (a[k, i] + b[k, i]), 0.5 * abs(b[k, i] - a[k, i]) + cells.dev[k, i]
                 short, square = distance(y, y, none, halfway, half, wraps, w, step, shifted)
-                if is_far(kind, short, square, still, result - min(v[k, 0], v[k, 1]) + 0.125 * sag[k]):
+                if is_far(kind, short, square, still, result - least_of(values, k)):
                     continue
+            length = 0.0
             for i in range(n):
-                step[i] = b[k, i] - a[k, i]
+                length = max(length, abs(b[k, i] - a[k, i]))
                 x = y[i] - 0.5 * (a[k, i] + b[k, i])
                 shifted[i] = y[i] - (TAU * np.rint(x / TAU) if wraps[i] else 0.0)
-            value, s = best_along(kind, h, w, shifted, a[k], step, v[k, 0], v[k, 1], sag[k], d, trial, bend)
+            beyond = _BEYOND * h / length if length > 0.0 else 0.0
+            value, s = best_along(
+                kind, h, w, shifted, cells, values, k, -beyond * severed[k, 0], 1.0 + beyond * severed[k, 1],
+                d, trial, bend,
+            )  # fmt: skip
             if value < result:
                 result, cell, place = value, k, s
+                cut = (s == -beyond and severed[k, 0]) or (s == 1.0 + beyond and severed[k, 1])
                 for i in range(n):
                     g[i] = trial[i]
-    return result, cell, place
+    return result, cell, place, cut
 
 
 @kernel
-def extend(
-    yjoined: BoolArray, ya: FloatArray, yb: FloatArray, cut: BoolArray, values: FloatArray, slopes: FloatArray,
-    smooth: bool,
-) -> None:  # fmt: skip
+def extend(new: Arcs, joined: BoolArray, cut: BoolArray, values: FloatArray, slopes: FloatArray, bent: bool) -> None:
     """Lower values at nodes that are `cut` off from where they come from to those that go on from their neighbours.
 
-    Arrays are by cell and end: cut and values (m, 2), slopes (m, 2, n). If `smooth`, slopes change on as they did. A
+    Arrays are by cell and end: cut and values (m, 2), slopes (m, 2, n). If `bent`, slopes change on as they did. A
     proposal may be anything; this one bends so little that little of it is lost.
     """
-    m, n = ya.shape
+    m, n = new.a.shape
     for way in range(2):
         good, bad = way, 1 - way
         for j in range(m):
             k = j if way == 0 else m - 1 - j
             behind = k - 1 + 2 * way
-            joined = 0 <= behind < m and yjoined[k + way]
-            if joined and not cut[behind, bad]:
+            follows = 0 <= behind < m and joined[k + way]
+            if follows and not cut[behind, bad]:
                 values[k, good], cut[k, good] = values[behind, bad], False
                 slopes[k, good] = slopes[behind, bad]
             if cut[k, good] or not cut[k, bad]:
                 continue
             length, before, rise = 0.0, 0.0, 0.0
             for i in range(n):
-                length += (yb[k, i] - ya[k, i]) ** 2
-                if joined:
-                    before += (yb[behind, i] - ya[behind, i]) ** 2
-            part = np.sqrt(length / before) if smooth and before > 0.0 else 0.0
+                length += (new.b[k, i] - new.a[k, i]) ** 2
+                if follows:
+                    before += (new.b[behind, i] - new.a[behind, i]) ** 2
+            part = np.sqrt(length / before) if bent and before > 0.0 else 0.0
             for i in range(n):
                 slope = slopes[k, good, i]
-                slopes[k, bad, i] = slope + part * (slope - slopes[behind, good, i] if joined else 0.0)
-                rise += 0.5 * (slope + slopes[k, bad, i]) * (yb[k, i] - ya[k, i]) * (1 - 2 * way)
+                slopes[k, bad, i] = slope + part * (slope - slopes[behind, good, i] if follows else 0.0)
+                along = new.b[k, i] - new.a[k, i]
+                rise += (0.5 * (slope + slopes[k, bad, i]) * along) * (1 - 2 * way)
+                rise -= (slopes[k, bad, i] - slope) * new.bow[k, i] / 12.0
             values[k, bad], cut[k, bad] = min(values[k, bad], values[k, good] + rise), False
 
 
 @kernel
 def source_of(
-    kind: int, h: float, w: FloatArray, wraps: BoolArray, a: FloatArray, b: FloatArray, v: FloatArray,
-    sag: FloatArray, y: FloatArray,
+    kind: int, h: float, w: FloatArray, wraps: BoolArray, cells: Arcs, values: Values, y: FloatArray,
 ) -> tuple[int, float]:  # fmt: skip
     """Return the cell, and s in it, from which posture y is reached most cheaply."""
-    m, n = a.shape
-    blocks, zero = (m + BLOCK - 1) // BLOCK, np.zeros(m)
+    m, n = cells.a.shape
+    blocks = (m + BLOCK - 1) // BLOCK
     middle, room, lowest, gain = np.empty((blocks, n)), np.empty((blocks, n)), np.empty(blocks), np.empty(blocks)
-    blocks_of(wraps, a, b, np.zeros((m, n)), v, sag, np.zeros((m, n)), zero, middle, room, lowest, gain)
-    _, cell, s = propose(kind, h, w, wraps, a, b, v, sag, middle, room, lowest, y, 0, np.empty(n), np.empty((WORK, n)))
+    blocks_of(wraps, cells, values, middle, room, lowest, gain)
+    _, cell, s, _ = propose(
+        kind, h, w, wraps, cells, values, np.zeros((m, 2), np.bool_), middle, room, lowest,
+        y, 0, np.empty(n), np.empty((WORK, n)),
+    )  # fmt: skip
     return cell, s

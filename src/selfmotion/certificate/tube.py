@@ -13,39 +13,24 @@ from typing import NamedTuple
 import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray
-from selfmotion.angles import TAU, wrap
+from selfmotion.angles import TAU
 from selfmotion.arms.cells import Cells, Cover
 from selfmotion.certificate import _chord_kernels, _kernels, _proposal_kernels
+from selfmotion.certificate._arrays import Arcs, Values
 from selfmotion.errors import InvalidInputError
 
 _KINDS = {"joint_travel": _chord_kernels.TRAVEL, "l1": _chord_kernels.L1, "l2": _chord_kernels.L2}
 _HOLE = 16  # cells of the holes in a tube that are filled, more between longer runs
 _COARSE = 0.3  # spacing at which a new slice is looked at first [rad]
+_ABOUT = 1.3  # of their spacing: longer cells are split
 _THREADS = 2
 _ROUNDING = 1e-12  # of angles [rad]
 _SAME = 1e-9  # how near the ends of cells are that continue each other [rad]
-_FINER = 8.0  # what one look divides the spacing by
+_FINER = 24.0  # what one look divides the spacing by
 
 
 class OutOfTimeError(Exception):
     """The deadline passed; what was proved before still holds."""
-
-
-@dataclass(frozen=True)
-class Values:
-    """A value function on m cells: proposed values at both ends, how they sag between, slopes, and what is not proved.
-
-    The cost of every motion that arrives at posture ``(1 − s) a + s b + e`` of cell k is at least
-    ``(1 − s) v[k, 0] + s v[k, 1] − ½ sag[k] s (1 − s) + g[k]·e − lost[k]``, and sag ≥ 0.
-    """
-
-    v: FloatArray
-    sag: FloatArray
-    g: FloatArray
-    lost: FloatArray
-
-    def __getitem__(self, rows: BoolArray) -> Values:
-        return Values(self.v[rows], self.sag[rows], self.g[rows], self.lost[rows])
 
 
 @dataclass
@@ -53,6 +38,8 @@ class Slice:
     """The cells at one r, and what is proved on them."""
 
     r: float
+    x: FloatArray
+    """The task point there."""
     cells: Cells
     joined: BoolArray
     """Whether a cell begins where the one before it ends, shape (m,)."""
@@ -85,25 +72,12 @@ class Slice:
         after = np.append(self.joined[1:] & rows[1:], False)
         lost = np.column_stack([self.joined & ~before, np.append(self.joined[1:], False) & ~after])
         severed = self.severed | lost
-        self._sever_at_seams(rows, severed)
         one, two, least = self.forward, self.backward, self.least
         return Slice(
-            self.r, self.cells[rows], before[rows], severed[rows], self.fixed,
-            None if one is None else one[rows], None if two is None else two[rows],
+            self.r, self.x, self.cells[rows], before[rows], severed[rows], self.fixed,
+            None if one is None else one.of(rows), None if two is None else two.of(rows),
             None if least is None else least[rows],
         )  # fmt: skip
-
-    def _sever_at_seams(self, rows: BoolArray, severed: BoolArray) -> None:
-        """Mark the kept ends of pieces that went on in cells of other pieces which are dropped."""
-        ends = np.column_stack([~self.joined, ~np.append(self.joined[1:], False)]) & ~severed & rows[:, None]
-        cell, end = np.nonzero(ends)
-        if rows.all() or len(cell) == 0:
-            return
-        q = np.where((end == 0)[:, None], self.cells.a[cell], self.cells.b[cell])
-        gone = self.cells[~rows]
-        room = 0.5 * np.abs(gone.b - gone.a) + gone.dev + _SAME
-        inside = np.abs(wrap(q[:, None] - 0.5 * (gone.a + gone.b))) <= room
-        severed[cell, end] = np.any(np.all(inside, axis=2), axis=1)
 
 
 class Setting(NamedTuple):
@@ -211,7 +185,7 @@ class Tube:
 
         def finer(k: int) -> list[Slice]:
             part = self.slices[k]
-            mine = part if part.fixed else self._split(part, float(spacing[k]))
+            mine = part if part.fixed else self._in_cells_of(part, float(spacing[k]))
             if k == 0 or not slabs[k - 1]:
                 return [mine]
             return [
@@ -233,7 +207,7 @@ class Tube:
         part = self.slices[-1]
         assert part.forward is not None
         assert part.least is not None
-        v = part.forward.v - part.forward.lost[:, None]
+        v = _proved(part.forward).v
         if part.backward is not None:
             v = v + part.backward.v
         cell, end = (int(k) for k in np.unravel_index(int(np.argmin(v)), v.shape))
@@ -243,10 +217,9 @@ class Tube:
             cells, values = one.cells, one.forward
             assert values is not None
             cell, s = _proposal_kernels.source_of(
-                _KINDS[self.setting.objective], two.r - one.r, self.setting.weights, wraps, cells.a, cells.b,
-                values.v - values.lost[:, None], values.sag, q[-1],
+                *self._chord(one, two), wraps, self._arcs(cells), _proved(values), q[-1]
             )  # fmt: skip
-            x = cells.a[cell] + s * (cells.b[cell] - cells.a[cell])
+            x = cells.a[cell] + s * (cells.b[cell] - cells.a[cell]) + 0.5 * s * (1.0 - s) * cells.bow[cell]
             q.append(x + np.where(wraps, TAU * np.rint((q[-1] - x) / TAU), 0.0))
             lost.append(values.lost[cell])
         return Chain(self.r, np.array(q[::-1]), np.array(lost[::-1]))
@@ -254,7 +227,8 @@ class Tube:
     def _between(self, one: Slice, two: Slice, spacing: float, threshold: float, deadline: float) -> Slice:
         """Return the slice half-way between two, with the cells that a motion cheaper than `threshold` may pass."""
         now, r = _COARSE, 0.5 * (one.r + two.r)
-        new = self._slice(r, self.setting.cover.cells(self.setting.task(r), now))
+        x = self.setting.task(r)
+        new = self._slice(r, x, self.setting.cover.cells(x, now))
         while True:
             least = self._by_boxes(one, one.forward, new) + self._by_boxes(two, two.backward, new)
             new = new.below(threshold, least)
@@ -269,20 +243,27 @@ class Tube:
     def _by_boxes(self, one: Slice, values: Values | None, two: Slice) -> FloatArray:
         """Return a cheap bound on the cost of motions that arrive at the cells of a slice from another one."""
         assert values is not None
-        a, b, least = one.cells, two.cells, np.empty(len(two.cells))
+        least = np.empty(len(two.cells))
         _kernels.least_to(
-            _KINDS[self.setting.objective], abs(two.r - one.r), self.setting.weights, self.setting.cover.wraps,
-            a.a, a.b, a.dev, values.v, values.sag, values.g, values.lost, b.a, b.b, b.dev, least,
-        )  # fmt: skip
+            *self._chord(one, two),
+            self.setting.cover.wraps,
+            self._arcs(one.cells),
+            values,
+            self._arcs(two.cells),
+            least,
+        )
         return least
+
+    def _in_cells_of(self, part: Slice, spacing: float) -> Slice:
+        """Return a slice itself if its cells are about as short as `spacing`, else in shorter ones."""
+        longest = np.abs(part.cells.b - part.cells.a).max(initial=0.0)
+        return part if longest <= _ABOUT * spacing else self._split(part, spacing)
 
     def _split(self, part: Slice, spacing: float) -> Slice:
         """Return a slice with its cells split."""
-        whole, cells = (
-            part.cells,
-            self.setting.cover.split(self.setting.task(part.r), part.cells, np.full(len(part.cells), spacing)),
-        )
-        new, of = self._slice(part.r, cells), cells.origin
+        whole = part.cells
+        cells = self.setting.cover.split(part.x, whole, np.full(len(whole), spacing))
+        new, of = self._slice(part.r, part.x, cells), cells.origin
         for end, column in ((0, 2), (1, 3)):
             new.severed[:, end] = part.severed[of, end] & (cells.pieces[:, column] == whole.pieces[of, column])
         return new
@@ -297,7 +278,8 @@ class Tube:
         half = 0.5 * (b - a) @ self.tie.pull
         v = sign * np.column_stack([middle @ self.tie.pull - half, middle @ self.tie.pull + half])
         rounding = _chord_kernels.ROUNDING * (np.abs(a) + np.abs(b) + np.abs(self.tie.anchor)) @ np.abs(self.tie.pull)
-        return Values(v, np.zeros(m), np.tile(sign * self.tie.pull, (m, 1)), rounding)
+        bow = self._arcs(part.cells).bow
+        return Values(v, -sign * (bow @ self.tie.pull), np.tile(sign * self.tie.pull, (m, 1)), rounding)
 
     def _apart(self, q: FloatArray, to: FloatArray) -> FloatArray:
         """Return q − to, free joints modulo 2π."""
@@ -349,7 +331,7 @@ class Tube:
         middle = 0.5 * (one.a + one.b)[:, None]
         return np.asarray((np.abs(self._apart(0.5 * (two.a + two.b), middle)) <= room + _ROUNDING).all(axis=2))
 
-    def _slice(self, r: float, cells: Cells, fixed: bool = False) -> Slice:
+    def _slice(self, r: float, x: FloatArray, cells: Cells, fixed: bool = False) -> Slice:
         if not all(np.isfinite(part).all() for part in (cells.a, cells.b, cells.dev)):
             # Nothing is proved by comparing with what is not a number.
             raise InvalidInputError(
@@ -361,29 +343,42 @@ class Tube:
         )
         step = self._apart(cells.a[1:], cells.b[:-1])
         joined[1:] = same & (np.abs(step).max(axis=1, initial=0.0) < _SAME)
-        return Slice(r, cells, joined, np.zeros((len(cells), 2), bool), fixed)
+        return Slice(r, x, cells, joined, np.zeros((len(cells), 2), bool), fixed)
 
     def _carried(self, one: Slice, values: Values | None, two: Slice, deadline: float, extended: bool = True) -> Values:
         """Carry values from one slice to another."""
         if time.perf_counter() > deadline:
             raise OutOfTimeError
         assert values is not None
-        a, b, h = one.cells, two.cells, abs(two.r - one.r)
-        m = len(b)
+        m = len(two.cells)
         found = Values(np.empty((m, 2)), np.empty(m), np.empty((m, self.setting.cover.n)), np.empty(m))
         _kernels.step_values(
-            _KINDS[self.setting.objective], h, self.setting.weights, self.setting.cover.wraps, a.a, a.b, a.dev,
-            values.v, values.sag, values.g, values.lost, one.severed, extended, b.a, b.b, b.dev, two.joined,
-            found.v, found.sag, found.g, found.lost,
+            *self._chord(one, two), self.setting.cover.wraps, self._arcs(one.cells), values,
+            one.severed & extended, self._arcs(two.cells), two.joined, found,
         )  # fmt: skip
         return found
+
+    def _chord(self, one: Slice, two: Slice) -> tuple[int, float, FloatArray]:
+        """Return what chords between two slices cost by: objective, h and weights."""
+        return _KINDS[self.setting.objective], abs(two.r - one.r), self.setting.weights
+
+    def _arcs(self, cells: Cells) -> Arcs:
+        """Return cells for the kernels: parabolas for joint travel, chords for l1 and l2, as their values are."""
+        if self.setting.objective == "joint_travel":
+            return Arcs(cells.a, cells.b, cells.bow, cells.dev, cells.rest)
+        return Arcs(cells.a, cells.b, np.zeros_like(cells.a), cells.dev, cells.dev)
 
     def _least(self, part: Slice) -> FloatArray:
         one, two, out = part.forward, part.backward, np.empty(len(part.cells))
         assert one is not None
         assert two is not None
-        _kernels.least_through(part.cells.dev, one.v, one.sag, one.g, one.lost, two.v, two.sag, two.g, two.lost, out)
+        _kernels.least_through(self._arcs(part.cells), one, two, out)
         return out
+
+
+def _proved(values: Values) -> Values:
+    """Return values less what is not proved of them."""
+    return values._replace(v=values.v - values.lost[:, None])
 
 
 def first_tube(
@@ -396,8 +391,9 @@ def first_tube(
         if time.perf_counter() > deadline:
             raise OutOfTimeError
         given = start if k == 0 else end if k == len(r) - 1 else None
-        cells = setting.cover.cells(setting.task(at), spacing) if given is None else given
-        tube.slices.append(tube._slice(float(at), cells, given is not None))
+        x = setting.task(at)
+        cells = setting.cover.cells(x, spacing) if given is None else given
+        tube.slices.append(tube._slice(float(at), x, cells, given is not None))
     return tube
 
 
