@@ -30,10 +30,11 @@ _SLICES = 24  # slabs to begin with
 _DENSITY = 4.0  # cells to begin with are this times h^1.5 long, slabs being h wide [rad]
 _STARTS = 16  # random starts for a motion where the cheapest chords lead to none
 _LEFT = 0.1  # part of what chords lose that may be in slabs that are not halved
+_ENOUGH = 0.55  # of the gap asked for: what chords need not lose less than
 _WIDEST = 1 / 60  # slabs that are halved in any case
 _SHARE = 3.0  # square of the spacing, as a part of what a slab's chord may lose, for l1 and l2
-_LOSS = 1.0  # loss of the proof per slab for want of shorter cells, as a part of what its chord may lose
-_PER_STEP = 0.7  # longest cells, in slab widths [rad]: values at a tube's ragged ends are sharp up to about that
+_LOSS = 0.3  # loss of the proof per slab for want of shorter cells, as a part of what its chord may lose
+_PER_STEP = 4.0  # longest cells, in slab widths [rad]
 _WANTED = 0.3  # part of the gap asked for that chords need not lose less than
 _NARROWER = 0.1  # what spacing is multiplied by at least, from one round to the next
 _MARGIN = 1e-12  # relative
@@ -240,13 +241,14 @@ class _Search:
         excess = np.maximum(halves[0] + halves[1] - objective.chord(np.diff(q, axis=0), h, weights), 0.0)
         order = np.argsort(excess)
         slabs = np.ones(len(h), bool)
-        slabs[order[np.cumsum(excess[order]) <= _LEFT * excess.sum()]] = False
+        enough = (_ENOUGH * self.planner.gap * self.threshold - 0.25 * excess.sum()) / 0.75
+        slabs[order[np.cumsum(excess[order]) <= max(_LEFT * excess.sum(), enough)]] = False
         slabs |= h > _WIDEST
         expected = max(excess[~slabs].sum() + 0.25 * excess[slabs].sum(), _WANTED * self.planner.gap * self.threshold)
         allowed = expected / (len(h) + slabs.sum())
         so_far = np.maximum.accumulate(np.maximum(chain.lost, 0.0))  # proposals may be too low for a while
         lost = np.maximum(np.diff(so_far), 1e-300)
-        measured = np.sqrt(_LOSS * allowed / np.maximum(np.append(lost, 0.0), np.append(0.0, lost)))
+        measured = np.cbrt(_LOSS * allowed / np.maximum(np.append(lost, 0.0), np.append(0.0, lost)))
         step = np.where(slabs, 0.5 * h, h)
         most = _PER_STEP * np.minimum(np.append(step, np.inf), np.append(np.inf, step))
         if self.problem.objective.kind != "joint_travel":  # values are carried as straight lines over cells then
