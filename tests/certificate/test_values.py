@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from selfmotion.certificate import _kernels as kernels
+from selfmotion.certificate._arrays import Arcs, Values
 from selfmotion.certificate._chord_kernels import L1, L2, TRAVEL
+from selfmotion.certificate._proposal_kernels import WORK
 
 KINDS = [TRAVEL, L1, L2]
 TAU = 2 * np.pi
@@ -21,54 +23,85 @@ def exact_cost(kind, d, h, w):
     return mpmath.sqrt(mpmath.fsum((mpmath.mpf(a) * b) ** 2 for a, b in zip(w, d, strict=True)))
 
 
-def random_pair(rng, offset=0.0):
-    """A pair of cells with values, as `shortfall` takes them."""
+def cell(step, bow=None, rest=None):
+    """One cell from zero on, as the kernels take it."""
+    step = np.asarray(step, float)[None]
+    bow, rest = (np.zeros_like(step) if x is None else np.asarray(x, float)[None] for x in (bow, rest))
+    return Arcs(np.zeros_like(step), step, bow, 0.125 * np.abs(bow) + rest, rest)
+
+
+def values(at_a, at_b, sag, slopes):
+    """Values on one cell."""
+    return Values(
+        np.array([[at_a, at_b]], float), np.array([sag], float), np.asarray(slopes, float)[None].copy(), np.zeros(1)
+    )
+
+
+def random_pair(rng, offset=0.0, bent=True):
+    """A pair of cells with values: h, w, d0, old cell and its values, new cell and its values."""
     n = int(rng.integers(1, 5))
     h = 10.0 ** rng.uniform(-4, -1)
     size = 10.0 ** rng.uniform(-4, -0.5)
     w = rng.uniform(0.1, 2.0, n)
-    d0, stepa, stepb = h * rng.normal(size=n), size * rng.normal(size=n), size * rng.normal(size=n)
+    d0, one, two = h * rng.normal(size=n), size * rng.normal(size=n), size * rng.normal(size=n)
+    if rng.random() < 0.5:  # two pieces of nearly the same curve, either way round
+        two = rng.choice([-1.0, 1.0]) * rng.uniform(0.3, 1.0) * one + h * size * rng.normal(size=n)
+    bow = bent * size**2 * rng.choice([0.0, 0.1, 1.0]) * rng.normal(size=n)
+    other = bow * (two @ two) / (one @ one) + bent * size**2 * rng.choice([0.0, 0.1, 1.0]) * rng.normal(size=n)
     va, vb, wa, wb = offset + h * rng.normal(size=4)
     ga, gb = w * rng.uniform(-1, 1, n), w * rng.uniform(-1, 1, n)
-    deva, devb = size**2 * rng.uniform(0, 1, n), size**2 * rng.uniform(0, 1, n)
-    # Nothing, what a value would bend over the cell, or as much as a chord does.
-    sag, sagging = rng.choice([0.0, size**2, 0.1 * size**2 / h], 2) * rng.random(2)
-    return h, w, d0, stepa, stepb, va, vb, sag, wa, wb, sagging, ga, gb, deva, devb
+    rest = size ** rng.choice([2, 3]) * rng.uniform(0, 1, (2, n))
+    # Nothing, what a value would bend over the cell, or as much as a chord does; up or down.
+    sag, sagging = rng.choice([0.0, size**2, 0.1 * size**2 / h], 2) * rng.uniform(-0.3, 1, 2)
+    return (
+        h,
+        w,
+        d0,
+        cell(one, bow, rest[0]),
+        values(va, vb, sag, ga),
+        cell(two, other, rest[1]),
+        values(wa, wb, sagging, gb),
+    )
 
 
 def bound_of(kind, pair):
-    n = len(pair[1])
-    return kernels.shortfall(kind, *pair, np.inf, np.empty(n), np.empty(n), np.empty(n))
+    h, w, d0, old, at_old, new, at_new = pair
+    return kernels.shortfall(kind, h, w, d0, old, at_old, 0, new, at_new, 0, np.inf, np.empty((WORK, len(w))))
 
 
 def residual(kind, pair, s, t, e, f):
     """The residual in exact arithmetic."""
-    h, w, d0, stepa, stepb, va, vb, sag, wa, wb, sagging, ga, gb, _, _ = pair
+    h, w, d0, old, at_old, new, at_new = pair
 
     def number(x):
         part = Fraction(float(x))
         return mpmath.mpf(part.numerator) / part.denominator
 
     s, t = number(s), number(t)
-    d = [
-        number(d0[i]) + t * number(stepb[i]) + number(f[i]) - s * number(stepa[i]) - number(e[i]) for i in range(len(w))
-    ]
-    slopes = mpmath.fsum(number(ga[i]) * number(e[i]) - number(gb[i]) * number(f[i]) for i in range(len(w)))
-    values = (1 - s) * number(va) + s * number(vb) - (1 - t) * number(wa) - t * number(wb)
-    values += (number(sagging) * t * (1 - t) - number(sag) * s * (1 - s)) / 2
-    return values + slopes + exact_cost(kind, d, h, w)
+
+    def along(arcs, i, s):
+        return s * (number(arcs.b[0, i]) - number(arcs.a[0, i])) + s * (1 - s) * number(arcs.bow[0, i]) / 2
+
+    def value(at, s):
+        return (1 - s) * number(at.v[0, 0]) + s * number(at.v[0, 1]) - number(at.sag[0]) * s * (1 - s) / 2
+
+    d = [number(d0[i]) + along(new, i, t) + number(f[i]) - along(old, i, s) - number(e[i]) for i in range(len(w))]
+    slopes = mpmath.fsum(
+        number(at_old.g[0, i]) * number(e[i]) - number(at_new.g[0, i]) * number(f[i]) for i in range(len(w))
+    )
+    return value(at_old, s) - value(at_new, t) + slopes + exact_cost(kind, d, h, w)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_shortfall_is_below_every_residual(kind):
     rng = np.random.default_rng(kind)
     with mpmath.workdps(40):
-        for _ in range(300):
+        for _ in range(400):
             pair = random_pair(rng)
             bound, n = bound_of(kind, pair), len(pair[1])
             for _ in range(20):
                 s, t = rng.choice([0.0, 1.0, rng.uniform()]), rng.choice([0.0, 1.0, rng.uniform()])
-                e, f = (dev * rng.choice([-1.0, 0.0, 1.0], n) for dev in pair[-2:])
+                e, f = (arcs.rest[0] * rng.choice([-1.0, 0.0, 1.0], n) for arcs in (pair[3], pair[5]))
                 assert residual(kind, pair, s, t, e, f) >= bound
 
 
@@ -78,21 +111,22 @@ def test_shortfall_is_sharp(kind):
     rng = np.random.default_rng(10 + kind)
     grid = np.linspace(0, 1, 101)
     for _ in range(60):
-        pair = random_pair(rng)
-        h, w, d0, stepa, stepb, va, vb, sag, wa, wb = pair[:10]
-        nothing, sag = np.zeros(len(w)), 0.0 if kind == L1 else sag
-        pair = (*pair[:7], sag, wa, wb, 0.0, *pair[11:13], nothing, nothing)
+        h, w, d0, old, at_old, new, at_new = random_pair(rng, bent=False)
+        old, new = cell(old.b[0]), cell(new.b[0])
+        at_old.sag[0], at_new.sag[0] = 0.0 if kind == L1 else abs(at_old.sag[0]), 0.0
+        pair = (h, w, d0, old, at_old, new, at_new)
         s, t = grid[:, None, None], grid[None, :, None]
-        d = d0 + t * stepb - s * stepa
+        d = d0 + t * new.b[0] - s * old.b[0]
         if kind == TRAVEL:
             cost = np.sqrt(h * h + d * d) @ w
         else:
             cost = np.abs(d) @ w if kind == L1 else np.linalg.norm(d * w, axis=-1)
         if kind == L2 and cost.min() < 0.1 * cost.max():
             continue  # a plane through a kink loses first order
-        values = cost + (va + s * (vb - va) - 0.5 * sag * s * (1 - s) - wa - t * (wb - wa))[..., 0]
-        scale = w @ (np.abs(stepa) + np.abs(stepb)) + abs(vb - va) + abs(wb - wa)
-        assert values.min() - 0.02 * scale <= bound_of(kind, pair) <= values.min() + 1e-12
+        (va, vb), (wa, wb) = at_old.v[0], at_new.v[0]
+        found = cost + (va + s * (vb - va) - 0.5 * at_old.sag[0] * s * (1 - s) - wa - t * (wb - wa))[..., 0]
+        scale = w @ (np.abs(old.b[0]) + np.abs(new.b[0])) + abs(vb - va) + abs(wb - wa)
+        assert found.min() - 0.02 * scale <= bound_of(kind, pair) <= found.min() + 1e-12
 
 
 def test_what_the_chord_bends_more_than_it_is_carried_on():
@@ -102,9 +136,69 @@ def test_what_the_chord_bends_more_than_it_is_carried_on():
         n, h = int(rng.integers(1, 5)), 10.0 ** rng.uniform(-3, -1)
         step, w, nothing = 0.5 * h * rng.normal(size=n), rng.uniform(0.5, 2.0, n), np.zeros(n)
         sag = 0.2 * rng.random() * step @ step
-        still = w.sum() * h
-        pair = (h, w, nothing, step, step, 0.0, 0.0, sag, still, still, sag, nothing, nothing, nothing, nothing)
-        assert -0.1 * sag <= bound_of(TRAVEL, pair) <= 1e-12
+        still, bow = w.sum() * h, rng.choice([0.0, 1.0]) * 0.1 * np.abs(step) * rng.normal(size=n)
+        equal = cell(step, bow)
+        pair = (h, w, nothing, equal, values(0, 0, sag, nothing), equal, values(still, still, sag, nothing))
+        assert -0.12 * sag <= bound_of(TRAVEL, pair) <= 1e-12
+
+
+@pytest.mark.parametrize("alike", [0.0, 0.1, 1.0])
+def test_what_the_chord_bends_makes_up_for_what_is_kept(alike):
+    # In second order, from any point of the square: ½ up σ² − ½ kept τ² + ½ |τB − σA + ε|² + loss ≥ 0, for cells of one
+    # curve (alike = 0) and of others, and deviations that go as far the wrong way as they may.
+    rng = np.random.default_rng(51)
+    least = np.inf
+    for _ in range(300):
+        n = int(rng.integers(1, 4))
+        size, beta = 10.0 ** rng.uniform(-3, -0.5), 10.0 ** rng.uniform(-1, 2, n)
+        one = size * rng.normal(size=n)
+        two = rng.choice([-1.0, 1.0]) * rng.uniform(0.3, 2.0) * one + alike * size * rng.normal(size=n)
+        bow = 0.1 * size * rng.normal(size=n)
+        other = bow * (two @ two) / (one @ one) + alike * size * rng.normal(size=n)
+        rest = rng.choice([0.0, 1e-3, 1e-2]) * size * rng.random((2, n))
+        old, new = cell(one, bow, rest[0]), cell(two, other, rest[1])
+        up, (s0, t0) = rng.uniform(-0.05, 0.3) * (beta @ one**2), rng.choice([0.0, 1.0, rng.uniform()], 2)
+        kept, loss = kernels.kept_sag(up, 10.0 * beta @ two**2, s0, t0, old, 0, new, 0, beta)
+        if not np.isfinite(kept):
+            continue
+        s, t = rng.random((2, 4000, 1))
+        t = np.where(rng.random(t.shape) < 0.5, t0 + (s - s0) * rng.choice([-1, 1], s.shape) * rng.uniform(0.3, 3), t)
+        s, t = s[(t >= 0) & (t <= 1)][:, None], t[(t >= 0) & (t <= 1)][:, None]
+
+        def along(arcs, s):
+            return s * arcs.b[0] + 0.5 * s * (1 - s) * arcs.bow[0]
+
+        z = along(new, t) - along(new, t0) - along(old, s) + along(old, s0)
+        z -= np.sign(z) * np.minimum(np.abs(z), rest.sum(axis=0))
+        total = 0.5 * (up * (s - s0) ** 2 - kept * (t - t0) ** 2)[:, 0] + 0.5 * z**2 @ beta + loss
+        assert (total >= -1e-12 * (beta @ (one**2 + two**2))).all()
+        least = min(least, total.min() / (beta @ two**2))
+    assert least < 1e-3  # sharp enough to tell
+
+
+def test_long_cells_of_one_curve_lose_far_less_than_their_chords():
+    # Arcs of two circles, the second as far beyond the first from a point in the distance as chords from there go on:
+    # values are what chords from that point cost.
+    h, origin = 1e-3, np.array([2.0, 3.0])
+
+    def lost(length, bent):
+        at = length * np.array([-0.5, 0.0, 0.5])
+
+        def half(grown):
+            nodes = origin + grown * (np.column_stack([np.sin(at), np.cos(at)]) - origin)
+            bow = 4 * (2 * nodes[1] - nodes[0] - nodes[2])  # of the parabola through all three
+            rest = np.full(2, grown * length**3 / 60)
+            arcs = cell(nodes[2] - nodes[0], bow, rest) if bent else cell(nodes[2] - nodes[0], rest=np.abs(bow) / 8)
+            slopes = ((nodes - origin) / np.hypot(grown, nodes - origin))[[0, 2]]
+            ends = slopes @ (nodes[2] - nodes[0]) + bent * np.array([0.5, -0.5]) * (slopes @ bow)
+            costs = np.hypot(grown, nodes - origin).sum(axis=1)
+            return nodes[0], arcs, values(costs[0], costs[2], ends[1] - ends[0], slopes.mean(axis=0))
+
+        (x, old, at_old), (y, new, at_new) = half(1.0), half(1.0 + h)
+        return -bound_of(TRAVEL, (h, np.ones(2), y - x, old, at_old, new, at_new))
+
+    for length in (0.05, 0.025, 0.0125):
+        assert lost(length, True) < 0.2 * lost(length, False)
 
 
 @pytest.mark.parametrize("part", [0.3, 0.99, 1.5, 3.0])
@@ -119,8 +213,8 @@ def test_values_that_sag_about_as_much_as_the_chord_bends(part):
             ends, bend = np.sqrt(h * h + d * d) @ w, step**2 @ (w * h * h / (h * h + d[1] ** 2) ** 1.5)
             slope, along, nothing = w * d[1] / np.sqrt(h * h + d[1] ** 2), rng.choice([0.0, 0.01, 0.1]), np.zeros(n)
             pair = (
-                h, w, d0, nothing, step, 0.0, 0.0, 0.0, ends[0], ends[2], part * bend, nothing, slope,
-                nothing, along * np.abs(step),
+                h, w, d0, cell(nothing), values(0, 0, 0, nothing),
+                cell(step, rest=along * np.abs(step)), values(ends[0], ends[2], part * bend, slope),
             )  # fmt: skip
             bound = bound_of(TRAVEL, pair)
             assert bound >= -bend  # sharp enough to tell
@@ -137,10 +231,10 @@ def test_rounding_goes_outward(kind):
         for _ in range(100):
             pair = random_pair(rng, offset=1e7)
             n = len(pair[1])
-            h, w, d0 = pair[0], pair[1], pair[2]
-            still, nothing = np.zeros(n), np.zeros(n)
-            va = pair[5]
-            pair = (h, w, d0, still, still, va, va, 0.0, pair[8], pair[8], 0.0, pair[11], pair[12], nothing, nothing)
+            h, w, d0, _, at_old, _, at_new = pair
+            nothing = np.zeros(n)
+            still, va, wa = cell(nothing), at_old.v[0, 0], at_new.v[0, 0]
+            pair = (h, w, d0, still, values(va, va, 0, at_old.g[0]), still, values(wa, wa, 0, at_new.g[0]))
             exact = residual(kind, pair, 0.0, 0.0, nothing, nothing)
             assert exact - 1e-5 <= bound_of(kind, pair) < exact
 
@@ -160,39 +254,44 @@ def random_slices(rng, n=3, m=40, wrapped=True):
     def cells(nodes):
         a, b = nodes[:-1], nodes[1:].copy()
         b[:, wraps] = a[:, wraps] + (b - a - TAU * np.rint((b - a) / TAU))[:, wraps]
-        return a, b, 0.1 * ((b - a) ** 2).max(axis=1, keepdims=True) * rng.uniform(0, 1, a.shape)
+        size = ((b - a) ** 2).max(axis=1, keepdims=True)
+        bow, rest = rng.choice([0.0, 0.3]) * size * rng.normal(size=a.shape), 0.1 * size * rng.uniform(0, 1, a.shape)
+        return Arcs(a, b, bow, 0.125 * np.abs(bow) + rest, rest)
 
     v = np.cumsum(np.append(0.0, 0.1 * rng.normal(size=m)))
     return wraps, cells(first), cells(second), np.column_stack([v[:-1], v[1:]])
 
 
+def nothing_found(m, n):
+    return Values(np.empty((m, 2)), np.empty(m), np.empty((m, n)), np.empty(m))
+
+
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(8))
 def test_values_hold_for_every_pair_of_postures(kind, seed):
     # V(y) ≤ V(x) + c(y − x): for all pairs of cells, whatever was skipped.
     rng = np.random.default_rng(100 * kind + seed)
-    wraps, (a, b, dev), (ya, yb, ydev), v = random_slices(rng)
-    m, n = a.shape
+    wraps, old, new, v = random_slices(rng)
+    m, n = old.a.shape
     h, w = 10.0 ** rng.uniform(-3, -1), rng.uniform(0.2, 2.0, n)
-    g, lost = 0.3 * rng.normal(size=(m, n)), 1e-3 * rng.random(m)
-    sag = rng.choice([0.0, 1e-3], m) * rng.random(m)
-    joined, severed = np.append(False, np.ones(m - 1, bool)), rng.random((m, 2)) < 0.2
-    out, sagging, slopes, out_lost = np.empty((m, 2)), np.empty(m), np.empty((m, n)), np.empty(m)
-    kernels.step_values(
-        kind, h, w, wraps, a, b, dev, v, sag, g, lost, severed, seed % 2 == 0,
-        ya, yb, ydev, joined, out, sagging, slopes, out_lost,
-    )  # fmt: skip
-    boxed = np.empty(m)
-    kernels.least_to(kind, h, w, wraps, a, b, dev, v, sag, g, lost, ya, yb, ydev, boxed)
-    assert np.isfinite(out_lost).all()
-    assert (sagging >= 0).all()
+    known = Values(
+        v, rng.choice([0.0, 1e-3, -1e-3], m) * rng.random(m), 0.3 * rng.normal(size=(m, n)), 1e-3 * rng.random(m)
+    )
+    joined, severed = np.append(False, np.ones(m - 1, bool)), (rng.random((m, 2)) < 0.2) & (seed % 2 == 0)
+    found, boxed = nothing_found(m, n), np.empty(m)
+    kernels.step_values(kind, h, w, wraps, old, known, severed, new, joined, found)
+    kernels.least_to(kind, h, w, wraps, old, known, new, boxed)
+    assert np.isfinite(found.lost).all()
+
+    def at(arcs, values, s, e):
+        x = arcs.a + s[:, None] * (arcs.b - arcs.a) + 0.5 * (s * (1 - s))[:, None] * arcs.bow + e
+        value = values.v[:, 0] + s * (values.v[:, 1] - values.v[:, 0]) - 0.5 * values.sag * s * (1 - s)
+        return x, value + (values.g * e).sum(axis=1) - values.lost
+
     for _ in range(40):
         s, t = rng.choice([0.0, 1.0, rng.uniform()], (2, m))
-        e, f = dev * rng.choice([-1, 0, 1], dev.shape), ydev * rng.choice([-1, 0, 1], ydev.shape)
-        x, y = a + s[:, None] * (b - a) + e, ya + t[:, None] * (yb - ya) + f
-        at_x = v[:, 0] + s * (v[:, 1] - v[:, 0]) - 0.5 * sag * s * (1 - s) + (g * e).sum(axis=1) - lost
-        at_y = out[:, 0] + t * (out[:, 1] - out[:, 0]) - 0.5 * sagging * t * (1 - t)
-        at_y += (slopes * f).sum(axis=1) - out_lost
+        x, at_x = at(old, known, s, old.rest * rng.choice([-1, 0, 1], old.rest.shape))
+        y, at_y = at(new, found, t, new.rest * rng.choice([-1, 0, 1], new.rest.shape))
         d = y[:, None] - x
         d = np.where(wraps, d - TAU * np.rint(d / TAU), d)
         if kind == TRAVEL:
@@ -206,41 +305,47 @@ def test_values_hold_for_every_pair_of_postures(kind, seed):
 def test_the_least_through_a_cell_is_below_all_of_it():
     rng = np.random.default_rng(5)
     m, n = 50, 3
-    dev = 1e-3 * rng.random((m, n))
-    v, w, g, k = rng.normal(size=(m, 2)), rng.normal(size=(m, 2)), rng.normal(size=(m, n)), rng.normal(size=(m, n))
-    lost, other = rng.random(m), rng.random(m)
-    sag, back = rng.choice([0.0, 1.0, 5.0], (2, m))
-    out = np.empty(m)
-    kernels.least_through(dev, v, sag, g, lost, w, back, k, other, out)
+    a, bow, rest = rng.normal(size=(m, n)), 1e-2 * rng.normal(size=(m, n)), 1e-3 * rng.random((m, n))
+    arcs = Arcs(a, a + 0.1, bow, 0.125 * np.abs(bow) + rest, rest)
+    one, two = (
+        Values(rng.normal(size=(m, 2)), rng.choice([-2.0, 0.0, 1.0, 5.0], m), rng.normal(size=(m, n)), rng.random(m))
+        for _ in range(2)
+    )
+    out, both = np.empty(m), one.v + two.v
+    kernels.least_through(arcs, one, two, out)
+
+    def total(s):
+        return (
+            both[:, 0] + s * (both[:, 1] - both[:, 0]) - 0.5 * (one.sag + two.sag) * s * (1 - s) - one.lost - two.lost
+        )
+
     for _ in range(50):
-        s, e = rng.choice([0.0, 1.0, rng.uniform()], m), dev * rng.choice([-1, 0, 1], dev.shape)
-        value = (v + w)[:, 0] + s * ((v + w)[:, 1] - (v + w)[:, 0]) + ((g + k) * e).sum(axis=1) - lost - other
-        value -= 0.5 * (sag + back) * s * (1 - s)
-        assert (out <= value).all()
-    s = np.linspace(0, 1, 1001)[:, None]
-    value = (v + w)[:, 0] + s * ((v + w)[:, 1] - (v + w)[:, 0]) - 0.5 * (sag + back) * s * (1 - s)
-    assert (out >= value.min(axis=0) - lost - other - (np.abs(g + k) * dev).sum(axis=1) - 1e-5).all()
+        s, e = rng.choice([0.0, 1.0, rng.uniform()], m), rest * rng.choice([-1, 0, 1], rest.shape)
+        assert (out <= total(s) + ((one.g + two.g) * e).sum(axis=1)).all()
+    least = np.min([total(s) for s in np.linspace(0, 1, 1001)], axis=0)
+    assert (out >= least - (np.abs(one.g + two.g) * rest).sum(axis=1) - 1e-5).all()
 
 
-def carried(kind, h, w, wraps, cells, v, new, unproved=None):
-    """Values carried from cells (a, b, dev) with values v less what is not proved, without slopes, to new ones."""
-    (a, b, dev), (ya, yb, ydev) = cells, new
-    m, k = len(a), len(ya)
-    out, sagging, slopes, lost = np.empty((k, 2)), np.empty(k), np.empty((k, a.shape[1])), np.empty(k)
-    kernels.step_values(
-        kind, h, w, wraps, a, b, dev, v, np.zeros(m), np.zeros_like(a), np.zeros(m) if unproved is None else unproved,
-        np.zeros((m, 2), bool), True, ya, yb, ydev, np.zeros(k, bool), out, sagging, slopes, lost,
-    )  # fmt: skip
-    return out, slopes, lost
+def straight(a, b):
+    """Cells that are their chords."""
+    return Arcs(a, b, np.zeros_like(a), np.zeros_like(a), np.zeros_like(a))
+
+
+def carried(kind, h, wraps, old, known, new):
+    """Values carried from some cells to others."""
+    m, n = new.a.shape
+    found = nothing_found(m, n)
+    severed, joined = np.zeros((len(old.a), 2), bool), np.zeros(m, bool)
+    kernels.step_values(kind, h, np.ones(n), wraps, old, known, severed, new, joined, found)
+    return found
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_free_joint_may_go_either_way_round(kind):
     # The cell's cheap end is more than half a turn away the way that its middle goes.
-    wraps, w, nothing = np.array([True, True]), np.ones(2), np.zeros((1, 2))
-    a, b, y = np.array([[0.0, 0.0]]), np.array([[0.8, 0.0]]), np.array([[-np.pi + 0.5, 0.0]])
-    out, _, lost = carried(kind, 1e-3, w, wraps, (a, b, nothing), np.array([[2.0, 0.0]]), (y, y, nothing))
-    assert out[0, 0] - lost[0] <= np.pi - 0.3 + 2e-3
+    old, y = straight(np.array([[0.0, 0.0]]), np.array([[0.8, 0.0]])), np.array([[-np.pi + 0.5, 0.0]])
+    found = carried(kind, 1e-3, np.array([True, True]), old, values(2, 0, 0, np.zeros(2)), straight(y, y))
+    assert found.v[0, 0] - found.lost[0] <= np.pi - 0.3 + 2e-3
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -248,33 +353,24 @@ def test_a_free_joint_may_go_either_way_round(kind):
 def test_every_cell_counts(kind, m):
     # Whichever cell it is of whose value less is proved, the values carried on say so.
     a = np.column_stack([np.linspace(0, 1, m), np.zeros(m)])
-    cells = (a, a + 0.01, np.zeros((m, 2)))
-    new = (np.array([[0.5, 0.3]]), np.array([[0.5, 0.31]]), np.zeros((1, 2)))
+    old, new = straight(a, a + 0.01), straight(np.array([[0.5, 0.3]]), np.array([[0.5, 0.31]]))
     for k in range(m):
-        unproved = np.zeros(m)
-        unproved[k] = 5.0
-        out, _, lost = carried(kind, 0.01, np.ones(2), np.zeros(2, bool), cells, np.zeros((m, 2)), new, unproved)
-        assert (out[0] - lost[0] < -3.0).all()
+        known = Values(np.zeros((m, 2)), np.zeros(m), np.zeros((m, 2)), 5.0 * (np.arange(m) == k))
+        found = carried(kind, 0.01, np.zeros(2, bool), old, known, new)
+        assert (found.v[0] - found.lost[0] < -3.0).all()
 
 
 @pytest.mark.parametrize("m", [1, 2, 15, 16, 17, 33])
 def test_what_sags_counts(m):
     # Whichever cell it is whose value is low in the middle, the values carried on say so.
     a = np.column_stack([np.linspace(0, 1, m), np.zeros(m)])
-    dev, zero, slopes = np.zeros((m, 2)), np.zeros((m, 2)), np.zeros((m, 2))
-    ya, yb, ydev = np.array([[0.5, 0.3]]), np.array([[0.5, 0.31]]), np.zeros((1, 2))
-    w, wraps = np.ones(2), np.zeros(2, bool)
+    old, new = straight(a, a + 0.01), straight(np.array([[0.5, 0.3]]), np.array([[0.5, 0.31]]))
     for k in range(m):
         one = np.arange(m) == k
         # Either one alone is low, or all are and less of it is proved of one.
         for sag, lost, low in ((np.where(one, 40.0, 0.0), np.zeros(m), -3.0), (np.full(m, 40.0), 5.0 * one, -8.0)):
-            out, sagging, g, less = np.empty((1, 2)), np.empty(1), np.empty((1, 2)), np.empty(1)
-            cells = (a, a + 0.01, dev, zero, sag, slopes, lost)
-            kernels.step_values(
-                TRAVEL, 0.01, w, wraps, *cells, np.zeros((m, 2), bool), True,
-                ya, yb, ydev, np.zeros(1, bool), out, sagging, g, less,
-            )  # fmt: skip
-            assert (out[0] - less[0] < low).all()
-            boxed = np.empty(1)
-            kernels.least_to(TRAVEL, 0.01, w, wraps, *cells, ya, yb, ydev, boxed)
+            known, boxed = Values(np.zeros((m, 2)), sag, np.zeros((m, 2)), lost), np.empty(1)
+            found = carried(TRAVEL, 0.01, np.zeros(2, bool), old, known, new)
+            assert (found.v[0] - found.lost[0] < low).all()
+            kernels.least_to(TRAVEL, 0.01, np.ones(2), np.zeros(2, bool), old, known, new, boxed)
             assert boxed[0] < low
