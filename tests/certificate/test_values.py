@@ -349,6 +349,47 @@ def test_a_free_joint_may_go_either_way_round(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
+def test_differences_of_large_angles_are_rounded_outward(kind):
+    # Angles near half a turn and values near zero: what a difference of angles is off by is all that shows.
+    rng = np.random.default_rng(60 + kind)
+    with mpmath.workdps(40):
+        for _ in range(300):
+            n, h = 3, 1e-4
+            a = rng.uniform(2.5, 3.14, n)
+            ya = a + rng.uniform(-1e-3, 1e-3, n)
+            old, new = (straight(x[None], x[None] + rng.uniform(-1e-3, 1e-3, n)) for x in (a, ya))
+            found = carried(kind, h, np.zeros(n, bool), old, values(0.0, 0.01, 0.0, np.zeros(n)), new)
+            exact = exact_cost(
+                kind, [mpmath.mpf(float(y)) - mpmath.mpf(float(x)) for x, y in zip(a, ya, strict=True)], h, np.ones(n)
+            )
+            assert mpmath.mpf(found.v[0, 0]) - mpmath.mpf(found.lost[0]) <= exact
+
+
+def test_an_old_cell_that_stands_still_may_bend_all_the_same():
+    old, new = cell([0.0], [1.0]), cell([1.0])
+    for sag in (0.4, 0.5, 0.6):
+        pair = (1.0, np.ones(1), np.array([-0.375]), old, values(0, 0, 0, [0.0]), new, values(0, 0, sag, [0.0]))
+        s, t = np.linspace(0, 1, 201)[:, None], np.linspace(0, 1, 201)
+        least = (np.hypot(1.0, -0.375 + t - 0.5 * s * (1 - s)) + 0.5 * sag * t * (1 - t)).min()
+        assert bound_of(TRAVEL, pair) <= least
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_cells_a_turn_wide_are_boxes(kind):
+    # Beside singular postures all that is known of a joint may be a turn wide: the nearest way is none of two then.
+    old, y = straight(np.array([[-0.1]]), np.array([[0.1]])), np.array([[0.05]])
+    new = Arcs(y, y, 0 * y, y * 0 + TAU, y * 0 + TAU)
+    known = values(0.3, 0.0, 0.0, [0.0])
+    found = carried(kind, 1e-3, np.ones(1, bool), old, known, new)
+    f = np.linspace(-TAU, TAU, 2001)
+    at_y = found.v[0, 0] + found.g[0, 0] * f - found.lost[0]
+    for s in (0.0, 0.5, 1.0):
+        d = y[0, 0] + f - (-0.1 + 0.2 * s)
+        d -= TAU * np.rint(d / TAU)
+        assert (at_y <= 0.3 * (1 - s) + (np.hypot(1e-3, d) if kind == TRAVEL else np.abs(d))).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("m", [1, 2, 15, 16, 17, 33])
 def test_every_cell_counts(kind, m):
     # Whichever cell it is of whose value less is proved, the values carried on say so.

@@ -152,19 +152,25 @@ def test_the_same_problem_gives_the_same_bits():
 
 
 class _Lost(sm.PlanarArm):
-    """An arm whose cover is no number somewhere."""
+    """An arm whose cover is no number somewhere, or closer to chords than it bends."""
+
+    broken = "a"
 
     def cover(self, elbow="any"):
-        return _LostCover(super().cover(elbow))
+        return _LostCover(super().cover(elbow), self.broken)
+
+
+class _Straight(_Lost):
+    broken = "dev"
 
 
 class _LostCover:
-    def __init__(self, cover):
-        self.cover, self.n, self.wraps = cover, cover.n, cover.wraps
+    def __init__(self, cover, broken):
+        self.cover, self.n, self.wraps, self.broken = cover, cover.n, cover.wraps, broken
 
     def cells(self, x, spacing):
         found = self.cover.cells(x, spacing)
-        found.a[len(found) // 2, 1] = np.nan
+        getattr(found, self.broken)[len(found) // 2, 1] *= np.nan if self.broken == "a" else 0.5
         return found
 
     def split(self, x, cells, spacing):
@@ -177,6 +183,11 @@ class _LostCover:
 def test_an_arm_that_gives_no_numbers_is_told():
     with pytest.raises(sm.InvalidInputError, match=r"arm: its cover at r = 0 holds postures that are not numbers"):
         sm.plan(sm.Problem(_Lost([30, 30, 20]), BEZIER), sm.Global(gap=1e-2))
+
+
+def test_a_cover_that_bends_more_than_it_says_is_told():
+    with pytest.raises(sm.InvalidInputError, match=r"arm: its cover at r = 0 has cells that leave their chords by more"):
+        sm.plan(sm.Problem(_Straight([30, 30, 20]), BEZIER), sm.Global(gap=1e-2))
 
 
 def test_one_redundant_degree_is_needed():

@@ -12,6 +12,7 @@ TAU = 2 * np.pi
 TRAVEL, L1, L2 = 0, 1, 2
 # Each value is a sum of some forty products; this part of the sum of their sizes is far more than rounding makes of it.
 ROUNDING = 2e-14
+ANGLES = 1e-15  # of all angles' sizes: more than differences of middles of cells, by turns too, are off by
 BLOCK = 16  # cells that are looked at together before each by itself
 
 
@@ -79,6 +80,7 @@ def distance(
             x -= TAU * np.rint(x / TAU)
         center[i] = x
         spread[i] = 0.5 * abs(yb[i] - ya[i]) + ydev[i] + room[i]
+        spread[i] += ANGLES * (abs(ya[i]) + abs(yb[i]) + abs(middle[i]) + TAU)
         x = max(abs(x) - spread[i], 0.0) * w[i]
         short += x
         square += x * x

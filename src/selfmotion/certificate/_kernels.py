@@ -14,8 +14,10 @@ from selfmotion._compiled import kernel
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.certificate._arrays import Arcs, Values
 from selfmotion.certificate._chord_kernels import (
+    ANGLES,
     BLOCK,
     L1,
+    L2,
     ROUNDING,
     TAU,
     TRAVEL,
@@ -59,6 +61,7 @@ def shortfall(
     if kind == L1:
         return shortfall_l1(w, d0, old, values, j, new, proposed, k)
     d, g, bend, least_bend = work[7], work[8], work[9], work[10]
+    angles = rounded_angles(w, old, j, new, k)
     va, rise, sag = values.v[j, 0], values.v[j, 1] - values.v[j, 0], values.sag[j]
     wa, climb, sagging = proposed.v[k, 0], proposed.v[k, 1] - proposed.v[k, 0], proposed.sag[k]
     s, t, best, before, damping = 0.5, 0.5, -np.inf, np.inf, 0.0
@@ -71,7 +74,7 @@ def shortfall(
             d[i] = d0[i] + at_y - at_x
         length, factor = chord(kind, d, h, w, g, bend)
         value = va + s * rise - wa - t * climb + length + 0.5 * (sagging * t * (1.0 - t) - sag * s * (1.0 - s))
-        along_a, along_b, lost = 0.0, 0.0, 0.0
+        along_a, along_b, lost = 0.0, 0.0, angles
         hss, hst, htt = sag, 0.0, -sagging
         size = abs(va) + abs(rise) + abs(wa) + abs(climb) + length + abs(sag) + abs(sagging)
         for i in range(n):
@@ -106,14 +109,24 @@ def shortfall(
 
 
 @kernel
+def rounded_angles(w: FloatArray, old: Arcs, j: int, new: Arcs, k: int) -> float:
+    """Return what the cost of a chord between two cells is off by because their difference d0 is rounded."""
+    total = 0.0
+    for i in range(len(w)):
+        size = abs(old.a[j, i]) + abs(old.b[j, i]) + abs(new.a[k, i]) + abs(new.b[k, i]) + TAU
+        total += 2.0 * w[i] * ANGLES * size
+    return total
+
+
+@kernel
 def fill_least_bend(
     kind: int, h: float, w: FloatArray, d0: FloatArray, d: FloatArray, old: Arcs, j: int, new: Arcs, k: int,
     least_bend: FloatArray,
 ) -> None:  # fmt: skip
     """Fill in β (n,) with ``c(d + z) ≥ c(d) + ∇c(d)·z + ½ Σ β_i z_i²`` for all d + z that the pair can have.
 
-    One joint's ``2 (c(d + z) − c(d) − c'(d) z)/z²`` is a weighted mean of c'' from d to d + z. As c'' rises to its
-    maximum at zero and falls, so does the mean with z: it is least at an end, or is c''(d) where z = 0.
+    One joint's ``2 (c(d + z) − c(d) − c'(d) z)/z²`` is ``2 w h²/(A (A B + A² + d z))``, A and B being the lengths
+    ``(h² + d²)^½`` and ``(h² + (d + z)²)^½``. The denominator is convex in z: largest at an end.
     """
     for i in range(len(w)):
         least_bend[i] = 0.0
@@ -121,17 +134,13 @@ def fill_least_bend(
             continue
         stepa, stepb = old.b[j, i] - old.a[j, i], new.b[k, i] - new.a[k, i]
         off = old.dev[j, i] + new.dev[k, i]
-        most, far = 0.0, np.sqrt(h * h + d[i] * d[i])
-        for end in range(3):
-            if end == 0:
-                x = d0[i] + min(stepb, 0.0) - max(stepa, 0.0) - off
-            elif end == 1:
-                x = d0[i] + max(stepb, 0.0) - min(stepa, 0.0) + off
-            else:
-                x = d[i]
-            other = np.sqrt(h * h + x * x)
-            below = far * (far * other + h * h + d[i] * x)
-            most = max(most, below + ROUNDING * far * (far * other + h * h + abs(d[i] * x)))
+        low, high = d0[i] + min(stepb, 0.0) - max(stepa, 0.0) - off, d0[i] + max(stepb, 0.0) - min(stepa, 0.0) + off
+        most, here = 0.0, np.sqrt(h * h + d[i] * d[i])
+        for end in range(2):
+            x = low if end == 0 else high
+            there = np.sqrt(h * h + x * x)
+            below = here * (here * there + h * h + d[i] * x)
+            most = max(most, below + ROUNDING * here * (here * there + h * h + abs(d[i] * x)))
         least_bend[i] = (1.0 - _SAFELY) * 2.0 * w[i] * h * h / most
 
 
@@ -183,7 +192,7 @@ def kept_sag(
         return -np.inf, 0.0
     # Both cells bend like one curve as far as their directions and curvatures agree; lengths need not.
     na, nb, same = np.sqrt(aa), np.sqrt(bb), 1.0 if ab >= 0.0 else -1.0
-    turn, mean, differ = 0.0, 0.0, 0.0
+    turn, mean, differ, alone = 0.0, 0.0, 0.0, 0.0
     for i in range(n):
         two = (new.b[k, i] - new.a[k, i] + (0.5 - t) * new.bow[k, i]) / nb
         curve = new.bow[k, i] / bb
@@ -194,11 +203,14 @@ def kept_sag(
         turn += least_bend[i] * (two - one) ** 2
         mean += least_bend[i] * (0.5 * (curve + other)) ** 2
         differ += least_bend[i] * (curve - other) ** 2
+        alone += least_bend[i] * old.bow[j, i] ** 2
     turn, mean, differ = np.sqrt(turn) + _ROUND, np.sqrt(mean), np.sqrt(differ)
     reach_a, reach_b = na * max(s, 1.0 - s), nb * max(t, 1.0 - t)
     reach, straight = reach_a + reach_b, np.sqrt(max(1.0 - 0.25 * turn * turn, 1e-3))
     r = 0.5 * reach * mean / straight
     e = r * 0.5 * reach * turn + 0.25 * (reach_a**2 + reach_b**2) * differ + np.sqrt(off)
+    if aa == 0.0:  # an old cell that stands still in first order may bend all the same
+        e += 0.5 * max(s, 1.0 - s) ** 2 * np.sqrt(alone)
     r, e = r * (1.0 + _SAFELY), e * (1.0 + _SAFELY)
     part = np.sqrt(2.0 * r * r + 8.0 * e * e * bb / max(up * up, down * down))  # about where both losses are least
     part = min(max(part, _LEAST_PART), _MOST_PART)
@@ -249,7 +261,8 @@ def shortfall_l1(
     n = len(w)
     stepa, stepb = old.b[j] - old.a[j], new.b[k] - new.a[k]
     va, vb, wa, wb = values.v[j, 0], values.v[j, 1], proposed.v[k, 0], proposed.v[k, 1]
-    lost, size = 0.125 * (max(values.sag[j], 0.0) + max(-proposed.sag[k], 0.0)), abs(va) + abs(vb) + abs(wa) + abs(wb)
+    lost = 0.125 * (max(values.sag[j], 0.0) + max(-proposed.sag[k], 0.0)) + rounded_angles(w, old, j, new, k)
+    size = abs(va) + abs(vb) + abs(wa) + abs(wb)
     for i in range(n):
         ga, gb, resta, restb = values.g[j, i], proposed.g[k, i], old.rest[j, i], new.rest[k, i]
         off = old.dev[j, i] + new.dev[k, i]
@@ -304,10 +317,14 @@ def pair(
         around[i] = 0.5 * abs(old.b[j, i] - old.a[j, i]) + old.dev[j, i]
     short, square = distance(new.a[k], new.b[k], new.dev[k], halfway, around, wraps, w, center, spread)
     least, off, lost = least_of(values, j), loose(values, old, j), values.lost[j]
-    need = most - least + off + lost - worst
-    need += ROUNDING * (abs(most) + abs(least) + off + abs(lost) + abs(worst))
+    size = abs(most) + abs(least) + off + abs(lost)
+    need = most - least + off + lost - worst + ROUNDING * (size + abs(worst))
     if is_far(kind, short, square, still, need):
         return worst
+    for i in range(n):
+        if wraps[i] and spread[i] >= np.pi:  # any way round: these are boxes, as beside singular postures
+            length = short if kind == L1 else np.sqrt(square) if kind == L2 else np.sqrt(short * short + still * still)
+            return max(worst, most - least + off + lost - length + ROUNDING * (size + length))
     # A free joint near half a turn may go either way round.
     ways = 1
     for i in range(n):
@@ -418,7 +435,9 @@ def least_to(
                 x = 0.5 * (new.a[k, i] + new.b[k, i]) - middle[j, i]
                 if wraps[i]:
                     x -= TAU * np.rint(x / TAU)
-                apart[i] = max(abs(x) - (0.5 * abs(new.b[k, i] - new.a[k, i]) + new.dev[k, i] + room[j, i]), 0.0)
+                around = 0.5 * abs(new.b[k, i] - new.a[k, i]) + new.dev[k, i] + room[j, i]
+                around += ANGLES * (abs(new.a[k, i]) + abs(new.b[k, i]) + abs(middle[j, i]) + TAU)
+                apart[i] = max(abs(x) - around, 0.0)
             length = cost(kind, apart, h, w)
             out[k] = min(out[k], lowest[j] + length - ROUNDING * (abs(lowest[j]) + length))
 

@@ -332,10 +332,14 @@ class Tube:
         return np.asarray((np.abs(self._apart(0.5 * (two.a + two.b), middle)) <= room + _ROUNDING).all(axis=2))
 
     def _slice(self, r: float, x: FloatArray, cells: Cells, fixed: bool = False) -> Slice:
-        if not all(np.isfinite(part).all() for part in (cells.a, cells.b, cells.dev)):
+        if not all(np.isfinite(part).all() for part in (cells.a, cells.b, cells.bow, cells.dev, cells.rest)):
             # Nothing is proved by comparing with what is not a number.
             raise InvalidInputError(
                 "arm", f"its cover at r = {r:g} holds postures that are not numbers", "mend the arm"
+            )
+        if (cells.dev < (0.125 - _ROUNDING) * np.abs(cells.bow) + cells.rest).any():
+            raise InvalidInputError(
+                "arm", f"its cover at r = {r:g} has cells that leave their chords by more than dev", "mend the arm"
             )
         joined = np.zeros(len(cells), bool)
         same = (cells.pieces[1:, :2] == cells.pieces[:-1, :2]).all(axis=1) & (
