@@ -186,7 +186,9 @@ def test_an_arm_that_gives_no_numbers_is_told():
 
 
 def test_a_cover_that_bends_more_than_it_says_is_told():
-    with pytest.raises(sm.InvalidInputError, match=r"arm: its cover at r = 0 has cells that leave their chords by more"):
+    with pytest.raises(
+        sm.InvalidInputError, match=r"arm: its cover at r = 0 has cells that leave their chords by more"
+    ):
         sm.plan(sm.Problem(_Straight([30, 30, 20]), BEZIER), sm.Global(gap=1e-2))
 
 

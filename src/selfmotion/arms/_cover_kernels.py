@@ -237,6 +237,12 @@ def choices(
 
 
 @kernel
+def off_chord(room: float, bend: float, width: float) -> float:
+    """Return how far a curve is from its chord if it is within `room` of the parabola with second derivative `bend`."""
+    return room + 0.125 * width**2 * abs(bend) * (1.0 + PAD)
+
+
+@kernel
 def cover(
     links: FloatArray, x: float, y: float, direction: float, wraps: IntArray, windows: FloatArray, first: IntArray,
     charts: IntArray, signs: FloatArray, lows: FloatArray, highs: FloatArray, near: FloatArray, only_near: bool,
@@ -315,7 +321,7 @@ def cover(
                     shift[j, 0], chosen[j, 0] = TAU * np.rint((target - base) / TAU), -1
                     many[j] = 1
                 else:
-                    about = room[j] + 0.125 * (high - low) ** 2 * abs(bend[j]) * (1.0 + PAD)
+                    about = off_chord(room[j], bend[j], high - low)
                     box[j, 0], box[j, 1] = min(qa[j], qb[j]) - about, max(qa[j], qb[j]) + about
                     many[j] = choices(
                         box[j, 0],
@@ -370,7 +376,7 @@ def emit(
                 if chosen[j, pick[j]] < 0:
                     continue
                 w = first[j] + chosen[j, pick[j]]
-                about = around[j] + 0.125 * (right - left) ** 2 * abs(bend[j]) * (1.0 + PAD)
+                about = off_chord(around[j], bend[j], right - left)
                 floor, ceiling = windows[w, 0] - about, windows[w, 1] + about
                 step = two[j] - one[j]
                 if abs(step) < 1e-300:
@@ -410,6 +416,6 @@ def emit(
         a[count], b[count], rest[count] = one, two, around
         for j in range(n):
             bow[count, j] = -((right - left) ** 2) * bend[j]
-            dev[count, j] = around[j] + 0.125 * abs(bow[count, j]) * (1.0 + PAD)
+            dev[count, j] = off_chord(around[j], bend[j], right - left)
         pieces[count, 0], pieces[count, 1], pieces[count, 2], pieces[count, 3] = chart, sign, left, right
     return count + 1
