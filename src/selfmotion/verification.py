@@ -176,15 +176,20 @@ def _refined(rows: FloatArray) -> FloatArray:
 
 
 def _least(function: Callable[[FloatArray], FloatArray], grid: FloatArray) -> tuple[list[float], list[float]]:
-    """Return, per column of `function`, where it is least and how much: grid values, zoomed at the worst."""
+    """Return, per column of :func:`slack`, where it is least and how much: grid values, zoomed where they matter.
+
+    Limit margins matter where they may be negative, or the least of all.
+    """
     values = function(grid)
+    mattering = max(float(values[:, 1:].min()), -LIMIT)
     where, least = [], []
     for column in range(values.shape[1]):
         series = values[:, column]
         best = int(np.argmin(series))
         at, value = float(grid[best]), float(series[best])
-        if np.isfinite(value):
-            worst = _dips(series)
+        bar = value if column == 0 else min(value, mattering)
+        worst = _dips(series, bar) if np.isfinite(value) else np.empty(0, np.int64)
+        if len(worst):
             low, high = grid[np.maximum(worst - 1, 0)], grid[np.minimum(worst + 1, len(grid) - 1)]
             for _ in range(_ZOOMS):
                 r = np.linspace(low, high, 9, axis=1)
@@ -200,8 +205,8 @@ def _least(function: Callable[[FloatArray], FloatArray], grid: FloatArray) -> tu
     return where, least
 
 
-def _dips(series: FloatArray) -> IntArray:
-    """Return the local minima that could lie lowest between the samples: by at most their rise to a neighbour."""
+def _dips(series: FloatArray, bar: float) -> IntArray:
+    """Return the local minima that could fall to `bar` between the samples: by at most their rise to a neighbour."""
     padded = np.concatenate([[np.inf], series, [np.inf]])
     minima = np.flatnonzero((series <= padded[:-2]) & (series <= padded[2:]))
     rise = np.maximum(
@@ -209,7 +214,7 @@ def _dips(series: FloatArray) -> IntArray:
     )
     reachable = series[minima] - rise
     order = np.argsort(reachable)[:_MOST_DIPS]
-    return minima[order[reachable[order] <= series.min()]]
+    return minima[order[reachable[order] <= bar]]
 
 
 def _largest_jump(motion: Callable[[FloatArray], FloatArray], grid: FloatArray) -> tuple[float, float, int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -49,7 +49,10 @@ class Cells:
         return len(self.a)
 
     def __getitem__(self, rows: IntArray | BoolArray | slice) -> Cells:
-        return Cells(*(getattr(self, part.name)[rows] for part in fields(self)))
+        return Cells(
+            self.a[rows], self.b[rows], self.dev[rows], self.pieces[rows], self.origin[rows], self.bow[rows],
+            self.rest[rows],
+        )  # fmt: skip
 
 
 class Cover(Protocol):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from selfmotion._types import BoolArray, FloatArray
+from selfmotion._types import FloatArray, IntArray
 
 
 class Arcs(NamedTuple):
@@ -29,6 +29,6 @@ class Values(NamedTuple):
     g: FloatArray
     lost: FloatArray
 
-    def of(self, rows: BoolArray) -> Values:
+    def of(self, rows: IntArray | slice) -> Values:
         """Return the values on some of the cells."""
-        return Values(*(part[rows] for part in self))
+        return Values(self.v[rows], self.sag[rows], self.g[rows], self.lost[rows])

@@ -40,6 +40,7 @@ def best_along(
                 best, at = value, s
     else:
         low, high, s, seen_low, seen_high = first, last, 0.5, False, False
+        step, before = np.inf, np.inf
         for _ in range(_STEPS):
             for i in range(n):
                 d[i] = y[i] - a[i] - s * (b[i] - a[i]) - 0.5 * s * (1.0 - s) * bow[i]
@@ -63,9 +64,11 @@ def best_along(
                 new = 0.5 * (low + high) if seen_high else high
             elif new <= low:
                 new = 0.5 * (low + high) if seen_low else low
+            elif seen_low and seen_high and abs(new - s) > 0.5 * before:  # Newton's method goes to and fro
+                new = 0.5 * (low + high)
             if abs(new - s) <= _CLOSE:
                 break
-            s = new
+            s, step, before = new, abs(new - s), step
     for i in range(n):
         d[i] = y[i] - a[i] - at * (b[i] - a[i]) - 0.5 * at * (1.0 - at) * bow[i]
     chord(kind, d, h, w, g, bend)

@@ -68,15 +68,18 @@ class Slice:
 
     def kept(self, rows: BoolArray) -> Slice:
         """Return the slice with some of its cells only."""
-        before = self.joined & np.append(False, rows[:-1])
-        after = np.append(self.joined[1:] & rows[1:], False)
-        lost = np.column_stack([self.joined & ~before, np.append(self.joined[1:], False) & ~after])
-        severed = self.severed | lost
+        joined, severed = self.joined.copy(), self.severed.copy()
+        joined[1:] &= rows[:-1]
+        severed[1:, 0] |= self.joined[1:] & ~rows[:-1]
+        severed[:-1, 1] |= self.joined[1:] & ~rows[1:]
+        left = np.flatnonzero(rows)
+        one_run = len(left) > 0 and left[-1] - left[0] == len(left) - 1
+        chosen = slice(left[0], left[-1] + 1) if one_run else left  # a slice of an array need not be copied
         one, two, least = self.forward, self.backward, self.least
         return Slice(
-            self.r, self.x, self.cells[rows], before[rows], severed[rows], self.fixed,
-            None if one is None else one.of(rows), None if two is None else two.of(rows),
-            None if least is None else least[rows],
+            self.r, self.x, self.cells[chosen], joined[chosen], severed[chosen], self.fixed,
+            None if one is None else one.of(chosen), None if two is None else two.of(chosen),
+            None if least is None else least[chosen],
         )  # fmt: skip
 
 
@@ -332,7 +335,7 @@ class Tube:
         return np.asarray((np.abs(self._apart(0.5 * (two.a + two.b), middle)) <= room + _ROUNDING).all(axis=2))
 
     def _slice(self, r: float, x: FloatArray, cells: Cells, fixed: bool = False) -> Slice:
-        if not all(np.isfinite(part).all() for part in (cells.a, cells.b, cells.bow, cells.dev, cells.rest)):
+        if not np.isfinite(cells.a + cells.b + cells.bow + cells.dev + cells.rest).all():
             # Nothing is proved by comparing with what is not a number.
             raise InvalidInputError(
                 "arm", f"its cover at r = {r:g} holds postures that are not numbers", "mend the arm"

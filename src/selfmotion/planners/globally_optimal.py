@@ -19,7 +19,7 @@ from selfmotion.planners.reconfiguration import explained
 from selfmotion.plans import Plan
 from selfmotion.problem import Posture, Problem
 from selfmotion.refinement import Optima, Optimum, Start, random_starts, start_from
-from selfmotion.verification import Failure, verify_motion
+from selfmotion.verification import Failure
 
 if TYPE_CHECKING:
     from selfmotion.arms.cells import Cells, Cover
@@ -101,7 +101,6 @@ class _Search:
         self.deadline = self.began + planner.time_limit
         self.optima = Optima(problem, min(1e-6, 0.01 * planner.gap), self.deadline)
         self.best: Optimum | None = None
-        self.polished: Optimum | None = None  # the best motion known, on knots as fine as they need be
         self.threshold = np.inf  # motions that cost more need not be in the tube
         self.bound = 0.0
         self.tubes: list[Tube] = []
@@ -115,7 +114,8 @@ class _Search:
         ):
             self._explain()
         argument = self._prove()
-        best, failure = self.optima.best()
+        self._polish()
+        best, failure = (self.best, None) if self.best is not None else self.optima.best()
         if best is None:
             self._give_up(argument, failure)
         seconds = time.perf_counter() - self.began
@@ -267,9 +267,8 @@ class _Search:
                 self._add(other)
         if self.best is None and not self.levels:
             self._explain()
-        if self.best is not None and self.levels and self.best is not self.polished:
-            self._accept(self.best, True)
-            self.polished = self.best
+        if self.levels:
+            self._polish()
 
     def _add(self, start: Start, near: bool = False) -> None:
         """Refine a start; if it becomes a motion that holds and is better than all before, remember it."""
@@ -278,13 +277,16 @@ class _Search:
         if optimum is not None and not self._accept(optimum, self.problem.objective.has_kinks) and self.best is None:
             self._accept(optimum, True)
 
+    def _polish(self) -> None:
+        """Have the best motion known on knots as fine as they need be."""
+        if self.best is not None and not self.best.settled and not self._accept(self.best, True):
+            self.best.settled = True  # it cannot be bettered
+
     def _accept(self, optimum: Optimum, refined: bool) -> bool:
         if refined:
-            finer = self.optima.refined(optimum)
-            self.optima.found = [finer if other is optimum else other for other in self.optima.found]
-            optimum = finer
+            optimum = self.optima.refined(optimum)
         cost = self.optima.cost_of(optimum.motion) * (1.0 + _MARGIN)
-        if cost >= self.threshold or not verify_motion(self.problem, optimum.motion).holds:
+        if cost >= self.threshold or not optimum.check.holds:
             return False
         self.best, self.threshold = optimum, cost
         return True

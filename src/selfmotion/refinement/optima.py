@@ -16,7 +16,7 @@ from selfmotion.refinement.collocation import Collocation
 from selfmotion.refinement.newton import minimise
 from selfmotion.refinement.spline import SplineSpace
 from selfmotion.refinement.starts import Start
-from selfmotion.verification import Failure, verify_motion
+from selfmotion.verification import Failure, Verification, verify_motion
 
 _COARSE = 48  # spans that starts are compared on
 _NEAR = 72  # spans for a start that is near its optimum
@@ -48,25 +48,33 @@ _NARROWEST = 3e-4
 class Optimum:
     """A locally shortest motion and how often starts ended in it."""
 
+    problem: Problem
     start: Start
     collocation: Collocation
     c: FloatArray
     cost: float
     found: int
+    settled: bool = False
+    """Whether its knots are as fine as they need be, or as time allowed."""
 
     @property
     def coefficients(self) -> FloatArray:
         """Of the spline, shape (n, m)."""
         return self.collocation.coefficients(self.c)
 
-    @property
+    @cached_property
     def motion(self) -> ClosedSpline:
         """The motion; free joints start in [−π, π], unless the problem says otherwise."""
-        problem, coefficients = self.collocation, self.coefficients
-        if problem.ends.start is None and problem.ends.end is None:
-            turns = np.where(problem.arm.limits.limited, 0.0, np.rint(coefficients[:, 0] / TAU))
+        arm, ends, coefficients = self.problem.arm, self.collocation.ends, self.coefficients
+        if ends.start is None and ends.end is None:
+            turns = np.where(arm.limits.limited, 0.0, np.rint(coefficients[:, 0] / TAU))
             coefficients = coefficients - TAU * turns[:, None]
-        return ClosedSpline(problem.arm, problem.path, problem.space, coefficients, problem.box)
+        return ClosedSpline(arm, self.problem.path, self.collocation.space, coefficients, self.collocation.box)
+
+    @cached_property
+    def check(self) -> Verification:
+        """What is found when the motion is measured."""
+        return verify_motion(self.problem, self.motion)
 
     def is_same(self, other: Optimum) -> bool:
         """Return whether both are one motion, but for whole turns."""
@@ -119,11 +127,10 @@ class Optima:
             finer = self.refined(optimum)
             shift = max(shift, abs(finer.cost - optimum.cost))
             self.found[k] = finer
-            check = verify_motion(self.problem, finer.motion)
-            if check.holds and (best is None or finer.cost < best.cost):
+            if finer.check.holds and (best is None or finer.cost < best.cost):
                 best = finer
-            elif not check.holds:
-                failure = failure or check.failures[0]
+            elif not finer.check.holds:
+                failure = failure or finer.check.failures[0]
         self.found.sort(key=lambda optimum: optimum.cost)
         return best, failure
 
@@ -166,7 +173,7 @@ class Optima:
         self.iterations += minimum.iterations
         self.ended += minimum.converged
         cost = minimum.cost * self._scale
-        optimum = Optimum(start, collocation, minimum.c, cost, found=int(minimum.converged))
+        optimum = Optimum(self.problem, start, collocation, minimum.c, cost, found=int(minimum.converged))
         for k, known in enumerate(self.found):
             if known.is_same(optimum):
                 found = known.found + optimum.found
@@ -177,6 +184,8 @@ class Optima:
 
     def refined(self, optimum: Optimum) -> Optimum:
         """Return an optimum on knots so fine that the cost no longer changes, or as fine as time allows."""
+        if optimum.settled:
+            return optimum
         tolerance, width = self.tolerance, _NARROWEST
         if self.problem.objective.has_kinks:
             tolerance, width = max(tolerance, _LEAST_WITH_KINKS), _WIDTH
@@ -199,8 +208,8 @@ class Optima:
             if minimum is None:
                 break
             self.iterations += minimum.iterations
-            optimum = Optimum(optimum.start, collocation, minimum.c, minimum.cost * self._scale, optimum.found)
-        return replace(optimum, cost=self.cost_of(optimum.motion))
+            optimum = replace(optimum, collocation=collocation, c=minimum.c, cost=minimum.cost * self._scale)
+        return replace(optimum, cost=self.cost_of(optimum.motion), settled=True)
 
     def cost_of(self, motion: ClosedSpline) -> float:
         """Return the true cost of a motion, by the quadrature of its spline."""
