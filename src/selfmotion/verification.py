@@ -23,6 +23,7 @@ _PLACES = 12  # worst places that are looked at more closely
 _MOST_DIPS = 1000
 _ZOOMS = 14
 _BISECTIONS = 46
+_NO_JUMP = 1e-3 * JUMP  # steps so short need not be bisected on
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
         q = motion(r)
         return np.column_stack([-arm.task_error(q, path(r)), arm.margins(q)])
 
-    at, least = _least(slack, grid)
+    at, least = _least(slack, grid, TRACKING * arm.reach)
     failures = []
     if -least[0] > TRACKING * arm.reach:
         failures.append(Failure("tracking", at[0], -least[0], TRACKING * arm.reach))
@@ -175,25 +176,26 @@ def _refined(rows: FloatArray) -> FloatArray:
     return np.append(inner.ravel(), rows[-1])
 
 
-def _least(function: Callable[[FloatArray], FloatArray], grid: FloatArray) -> tuple[list[float], list[float]]:
-    """Return, per column of :func:`slack`, where it is least and how much: grid values, zoomed where they matter.
+def _least(
+    slack: Callable[[FloatArray], FloatArray], grid: FloatArray, tracking: float
+) -> tuple[list[float], list[float]]:
+    """Return, per column of `slack`, where it is least and how much: grid values, zoomed where that matters.
 
-    Limit margins matter where they may be negative, or the least of all.
+    It does where the error may be more than `tracking`, and limit margins less than allowed or the least of all.
     """
-    values = function(grid)
-    mattering = max(float(values[:, 1:].min()), -LIMIT)
+    values = slack(grid)
+    margin = max(float(values[:, 1:].min()), -LIMIT)
     where, least = [], []
     for column in range(values.shape[1]):
         series = values[:, column]
         best = int(np.argmin(series))
         at, value = float(grid[best]), float(series[best])
-        bar = value if column == 0 else min(value, mattering)
-        worst = _dips(series, bar) if np.isfinite(value) else np.empty(0, np.int64)
+        worst = _dips(series, min(value, margin if column else -tracking)) if np.isfinite(value) else np.empty(0, int)
         if len(worst):
             low, high = grid[np.maximum(worst - 1, 0)], grid[np.minimum(worst + 1, len(grid) - 1)]
             for _ in range(_ZOOMS):
                 r = np.linspace(low, high, 9, axis=1)
-                near = function(r.ravel())[:, column].reshape(r.shape)
+                near = slack(r.ravel())[:, column].reshape(r.shape)
                 k = np.argmin(near, axis=1)
                 rows = np.arange(len(r))
                 lowest = int(np.argmin(near[rows, k]))
@@ -223,6 +225,8 @@ def _largest_jump(motion: Callable[[FloatArray], FloatArray], grid: FloatArray) 
     worst = np.argsort(np.abs(np.diff(q, axis=0)).max(axis=1))[-_PLACES:]
     low, high, q_low, q_high = grid[worst], grid[worst + 1], q[worst], q[worst + 1]
     for _ in range(_BISECTIONS):
+        if np.abs(q_high - q_low).max() < _NO_JUMP:
+            break
         middle = 0.5 * (low + high)
         q_middle = motion(middle)
         first = np.abs(q_middle - q_low).max(axis=1) >= np.abs(q_high - q_middle).max(axis=1)

@@ -32,3 +32,15 @@ class Values(NamedTuple):
     def of(self, rows: IntArray | slice) -> Values:
         """Return the values on some of the cells."""
         return Values(self.v[rows], self.sag[rows], self.g[rows], self.lost[rows])
+
+
+class Boxes(NamedTuple):
+    """Boxes around cells, or around some of them together: middle ± room, both (k, n).
+
+    No value that is proposed in a box is less than `lowest`, and none that is proved less than −`deepest`, both (k,).
+    """
+
+    middle: FloatArray
+    room: FloatArray
+    lowest: FloatArray
+    deepest: FloatArray

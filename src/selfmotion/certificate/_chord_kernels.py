@@ -6,7 +6,7 @@ import numpy as np
 
 from selfmotion._compiled import kernel
 from selfmotion._types import BoolArray, FloatArray
-from selfmotion.certificate._arrays import Arcs, Values
+from selfmotion.certificate._arrays import Arcs, Boxes, Values
 
 TAU = 2 * np.pi
 TRAVEL, L1, L2 = 0, 1, 2
@@ -66,22 +66,22 @@ def chord(kind: int, d: FloatArray, h: float, w: FloatArray, g: FloatArray, bend
 
 @kernel
 def distance(
-    ya: FloatArray, yb: FloatArray, ydev: FloatArray, middle: FloatArray, room: FloatArray, wraps: BoolArray,
-    w: FloatArray, center: FloatArray, spread: FloatArray,
-) -> tuple[float, float]:  # fmt: skip
-    """Return the least weighted l1 distance of a cell and a box, and the least squared l2 distance.
+    cells: Arcs, k: int, boxes: Boxes, j: int, wraps: BoolArray, w: FloatArray, center: FloatArray, spread: FloatArray
+) -> tuple[float, float]:
+    """Return the least weighted l1 distance of cell k and box j, and the least squared l2 distance.
 
     Fills in how the middles differ, free joints by half a turn at most, and by how much postures may differ from that.
     """
     short, square = 0.0, 0.0
     for i in range(len(w)):
-        x = 0.5 * (ya[i] + yb[i]) - middle[i]
+        a, b, middle = cells.a[k, i], cells.b[k, i], boxes.middle[j, i]
+        x = 0.5 * (a + b) - middle
         if wraps[i]:
             x -= TAU * np.rint(x / TAU)
-        center[i] = x
-        spread[i] = 0.5 * abs(yb[i] - ya[i]) + ydev[i] + room[i]
-        spread[i] += ANGLES * (abs(ya[i]) + abs(yb[i]) + abs(middle[i]) + TAU)
-        x = max(abs(x) - spread[i], 0.0) * w[i]
+        around = 0.5 * abs(b - a) + cells.dev[k, i] + boxes.room[j, i]
+        around += ANGLES * (abs(a) + abs(b) + abs(middle) + TAU)
+        center[i], spread[i] = x, around
+        x = max(abs(x) - around, 0.0) * w[i]
         short += x
         square += x * x
     return short, square
@@ -111,26 +111,25 @@ def loose(values: Values, cells: Arcs, k: int) -> float:
 
 
 @kernel
-def blocks_of(
-    wraps: BoolArray, cells: Arcs, values: Values,
-    middle: FloatArray, room: FloatArray, lowest: FloatArray, gain: FloatArray,
-) -> None:  # fmt: skip
-    """Box every BLOCK cells: middle ± room (blocks, n), their lowest value, and by how much one could undercut."""
+def boxes_of(wraps: BoolArray, cells: Arcs, values: Values, many: int) -> Boxes:
+    """Box every `many` cells together."""
     a, b, dev = cells.a, cells.b, cells.dev
     m, n = a.shape
-    for block in range(len(gain)):
-        first, last = block * BLOCK, min(block * BLOCK + BLOCK, m)
-        gain[block], lowest[block] = -np.inf, np.inf
+    count = (m + many - 1) // many
+    boxes = Boxes(np.empty((count, n)), np.zeros((count, n)), np.full(count, np.inf), np.full(count, -np.inf))
+    for j in range(count):
+        first, last = j * many, min(j * many + many, m)
         for i in range(n):
-            middle[block, i], room[block, i] = 0.5 * (a[first, i] + b[first, i]), 0.0
+            boxes.middle[j, i] = 0.5 * (a[first, i] + b[first, i])
         for k in range(first, last):
             for i in range(n):
-                x = 0.5 * (a[k, i] + b[k, i]) - middle[block, i]
+                x = 0.5 * (a[k, i] + b[k, i]) - boxes.middle[j, i]
                 if wraps[i]:
                     x -= TAU * np.rint(x / TAU)
-                room[block, i] = max(room[block, i], abs(x) + 0.5 * abs(b[k, i] - a[k, i]) + dev[k, i])
+                boxes.room[j, i] = max(boxes.room[j, i], abs(x) + 0.5 * abs(b[k, i] - a[k, i]) + dev[k, i])
             least, off, lost = least_of(values, k), loose(values, cells, k), values.lost[k]
-            lowest[block] = min(lowest[block], least)
-            gain[block] = max(gain[block], lost + off - least + ROUNDING * (abs(least) + abs(lost) + off))
+            deep = lost + off - least + ROUNDING * (abs(least) + abs(values.sag[k]) + abs(lost) + off)
+            boxes.lowest[j], boxes.deepest[j] = min(boxes.lowest[j], least), max(boxes.deepest[j], deep)
         for i in range(n):
-            room[block, i] *= 1.0 + ROUNDING
+            boxes.room[j, i] *= 1.0 + ROUNDING
+    return boxes

@@ -12,7 +12,7 @@ import numpy as np
 
 from selfmotion._compiled import kernel
 from selfmotion._types import BoolArray, FloatArray
-from selfmotion.certificate._arrays import Arcs, Values
+from selfmotion.certificate._arrays import Arcs, Boxes, Values
 from selfmotion.certificate._chord_kernels import (
     ANGLES,
     BLOCK,
@@ -21,12 +21,11 @@ from selfmotion.certificate._chord_kernels import (
     ROUNDING,
     TAU,
     TRAVEL,
-    blocks_of,
+    boxes_of,
     chord,
     cost,
     distance,
     is_far,
-    least_of,
     loose,
 )
 from selfmotion.certificate._proposal_kernels import WORK, extend, propose
@@ -60,7 +59,7 @@ def shortfall(
     n = len(w)
     if kind == L1:
         return shortfall_l1(w, d0, old, values, j, new, proposed, k)
-    d, g, bend, least_bend = work[7], work[8], work[9], work[10]
+    d, g, bend, least_bend = work[3], work[4], work[5], work[6]
     angles = rounded_angles(w, old, j, new, k)
     va, rise, sag = values.v[j, 0], values.v[j, 1] - values.v[j, 0], values.sag[j]
     wa, climb, sagging = proposed.v[k, 0], proposed.v[k, 1] - proposed.v[k, 0], proposed.sag[k]
@@ -306,25 +305,21 @@ def line(k: int, n: int, d0: FloatArray, stepa: FloatArray, stepb: FloatArray) -
 
 @kernel
 def pair(
-    kind: int, h: float, w: FloatArray, wraps: BoolArray, old: Arcs, values: Values, j: int,
+    kind: int, h: float, w: FloatArray, wraps: BoolArray, old: Arcs, values: Values, boxes: Boxes, j: int,
     new: Arcs, proposed: Values, k: int, worst: float, still: float, most: float, work: FloatArray,
 ) -> float:  # fmt: skip
-    """Return the larger of `worst` and what new cell k must lose for the sake of old cell j."""
+    """Return the larger of `worst` and what new cell k must lose for the sake of old cell j, whose box is given."""
     n = len(w)
-    center, spread, halfway, around, d0 = work[0], work[1], work[2], work[3], work[4]
-    for i in range(n):
-        halfway[i] = 0.5 * (old.a[j, i] + old.b[j, i])
-        around[i] = 0.5 * abs(old.b[j, i] - old.a[j, i]) + old.dev[j, i]
-    short, square = distance(new.a[k], new.b[k], new.dev[k], halfway, around, wraps, w, center, spread)
-    least, off, lost = least_of(values, j), loose(values, old, j), values.lost[j]
-    size = abs(most) + abs(least) + off + abs(lost)
-    need = most - least + off + lost - worst + ROUNDING * (size + abs(worst))
+    center, spread, d0 = work[0], work[1], work[2]
+    short, square = distance(new, k, boxes, j, wraps, w, center, spread)
+    deepest, lost = boxes.deepest[j], values.lost[j]
+    need = (most + deepest - worst) + ROUNDING * (abs(most) + abs(deepest) + abs(worst))
     if is_far(kind, short, square, still, need):
         return worst
     for i in range(n):
         if wraps[i] and spread[i] >= np.pi:  # any way round: these are boxes, as beside singular postures
             length = short if kind == L1 else np.sqrt(square) if kind == L2 else np.sqrt(short * short + still * still)
-            return max(worst, most - least + off + lost - length + ROUNDING * (size + length))
+            return max(worst, most + deepest - length + ROUNDING * (abs(most) + abs(deepest) + length))
     # A free joint near half a turn may go either way round.
     ways = 1
     for i in range(n):
@@ -344,24 +339,22 @@ def pair(
 
 @kernel
 def lost_by(
-    kind: int, h: float, w: FloatArray, wraps: BoolArray, old: Arcs, values: Values,
-    middle: FloatArray, room: FloatArray, gain: FloatArray, near: int, new: Arcs, proposed: Values, k: int,
-    still: float, work: FloatArray,
+    kind: int, h: float, w: FloatArray, wraps: BoolArray, old: Arcs, values: Values, blocks: Boxes, boxes: Boxes,
+    near: int, new: Arcs, proposed: Values, k: int, still: float, work: FloatArray,
 ) -> float:  # fmt: skip
     """Return what new cell k must lose for the sake of all old ones; `near` is likely to be the worst of them."""
     most = max(proposed.v[k, 0], proposed.v[k, 1]) + 0.125 * max(-proposed.sag[k], 0.0) + loose(proposed, new, k)
     most += ROUNDING * (abs(most) + abs(proposed.sag[k]))
-    worst = pair(kind, h, w, wraps, old, values, near, new, proposed, k, -np.inf, still, most, work)
-    for block in range(len(gain)):
-        need = (most + gain[block] - worst) + ROUNDING * (abs(gain[block]) + abs(worst))
-        short, square = distance(
-            new.a[k], new.b[k], new.dev[k], middle[block], room[block], wraps, w, work[0], work[1]
-        )  # fmt: skip
+    worst = pair(kind, h, w, wraps, old, values, boxes, near, new, proposed, k, -np.inf, still, most, work)
+    for block in range(len(blocks.deepest)):
+        deepest = blocks.deepest[block]
+        need = (most + deepest - worst) + ROUNDING * (abs(most) + abs(deepest) + abs(worst))
+        short, square = distance(new, k, blocks, block, wraps, w, work[0], work[1])
         if is_far(kind, short, square, still, need):
             continue
         for j in range(block * BLOCK, min(block * BLOCK + BLOCK, len(old.a))):
             if j != near:
-                worst = pair(kind, h, w, wraps, old, values, j, new, proposed, k, worst, still, most, work)
+                worst = pair(kind, h, w, wraps, old, values, boxes, j, new, proposed, k, worst, still, most, work)
     return worst
 
 
@@ -377,12 +370,10 @@ def step_values(
     old cells went on beyond their `severed` (m, 2) ends. New cells that are `joined` (k,) begin where the one before
     ends.
     """
-    m, n = old.a.shape
+    n = old.a.shape[1]
     count = len(new.a)
     work = np.empty((WORK, n))
-    blocks = (m + BLOCK - 1) // BLOCK
-    middle, room, lowest, gain = np.empty((blocks, n)), np.empty((blocks, n)), np.empty(blocks), np.empty(blocks)
-    blocks_of(wraps, old, values, middle, room, lowest, gain)
+    blocks, boxes = boxes_of(wraps, old, values, BLOCK), boxes_of(wraps, old, values, 1)
     near, sources = 0, np.zeros(count, np.int64)
     ends, cut = np.empty((count, 2, n)), np.zeros((count, 2), np.bool_)
     for k in range(count):
@@ -392,8 +383,8 @@ def step_values(
                 ends[k, 0] = ends[k - 1, 1]
                 continue
             found.v[k, end], near, _, cut[k, end] = propose(
-                kind, h, w, wraps, old, values, severed, middle, room, lowest,
-                new.a[k] if end == 0 else new.b[k], near, ends[k, end], work,
+                kind, h, w, wraps, old, values, severed, blocks, boxes, new.a[k] if end == 0 else new.b[k], near,
+                ends[k, end], work,
             )  # fmt: skip
         sources[k] = near
     extend(new, joined, cut, found.v, ends, kind == TRAVEL)
@@ -407,7 +398,7 @@ def step_values(
     still = w.sum() * h * (1.0 - ROUNDING)
     for k in range(count):
         found.lost[k] = lost_by(
-            kind, h, w, wraps, old, values, middle, room, gain, sources[k], new, found, k, still, work
+            kind, h, w, wraps, old, values, blocks, boxes, sources[k], new, found, k, still, work
         )  # fmt: skip
 
 
@@ -420,26 +411,16 @@ def least_to(
     A cell's least value and the chord over the gaps between two boxes are less than what :func:`step_values` finds, at
     a small part of its cost.
     """
-    m, n = old.a.shape
-    middle, room, lowest, apart = np.empty((m, n)), np.empty((m, n)), np.empty(m), np.empty(n)
-    for j in range(m):
-        for i in range(n):
-            middle[j, i] = 0.5 * (old.a[j, i] + old.b[j, i])
-            room[j, i] = 0.5 * abs(old.b[j, i] - old.a[j, i]) + old.dev[j, i]
-        least, off, lost = least_of(values, j), loose(values, old, j), values.lost[j]
-        lowest[j] = least - off - lost - ROUNDING * (abs(least) + abs(values.sag[j]) + off + abs(lost))
+    boxes, n = boxes_of(wraps, old, values, 1), len(w)
+    center, apart = np.empty(n), np.empty(n)
     for k in range(len(new.a)):
         out[k] = np.inf
-        for j in range(m):
+        for j in range(len(old.a)):
+            distance(new, k, boxes, j, wraps, w, center, apart)
             for i in range(n):
-                x = 0.5 * (new.a[k, i] + new.b[k, i]) - middle[j, i]
-                if wraps[i]:
-                    x -= TAU * np.rint(x / TAU)
-                around = 0.5 * abs(new.b[k, i] - new.a[k, i]) + new.dev[k, i] + room[j, i]
-                around += ANGLES * (abs(new.a[k, i]) + abs(new.b[k, i]) + abs(middle[j, i]) + TAU)
-                apart[i] = max(abs(x) - around, 0.0)
+                apart[i] = max(abs(center[i]) - apart[i], 0.0)
             length = cost(kind, apart, h, w)
-            out[k] = min(out[k], lowest[j] + length - ROUNDING * (abs(lowest[j]) + length))
+            out[k] = min(out[k], length - boxes.deepest[j] - ROUNDING * (abs(boxes.deepest[j]) + length))
 
 
 @kernel

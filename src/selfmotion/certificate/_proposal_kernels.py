@@ -6,10 +6,10 @@ import numpy as np
 
 from selfmotion._compiled import kernel
 from selfmotion._types import BoolArray, FloatArray
-from selfmotion.certificate._arrays import Arcs, Values
-from selfmotion.certificate._chord_kernels import BLOCK, L1, TAU, blocks_of, chord, cost, distance, is_far, least_of
+from selfmotion.certificate._arrays import Arcs, Boxes, Values
+from selfmotion.certificate._chord_kernels import BLOCK, L1, TAU, boxes_of, chord, cost, is_far
 
-WORK = 11  # rows of the work arrays that are handed down
+WORK = 7  # rows of the work arrays that are handed down
 _BEYOND = 2.0  # how far cells at the ends of a tube are thought to go on, in slab widths [rad]
 _STEPS = 30
 _CLOSE = 1e-8  # of a cell: what a value bends comes from differences of slopes, which are off by as much as the source
@@ -76,47 +76,51 @@ def best_along(
 
 
 @kernel
+def is_out_of_reach(
+    kind: int, wraps: BoolArray, w: FloatArray, y: FloatArray, boxes: Boxes, j: int, still: float, most: float
+) -> bool:
+    """Return whether posture y is reached from box j for more than `most` only."""
+    short, square = 0.0, 0.0
+    for i in range(len(w)):
+        x = y[i] - boxes.middle[j, i]
+        if wraps[i]:
+            x -= TAU * np.rint(x / TAU)
+        x = max(abs(x) - boxes.room[j, i], 0.0) * w[i]
+        short += x
+        square += x * x
+    return is_far(kind, short, square, still, most - boxes.lowest[j])
+
+
+@kernel
 def propose(
     kind: int, h: float, w: FloatArray, wraps: BoolArray, cells: Arcs, values: Values, severed: BoolArray,
-    middle: FloatArray, room: FloatArray, lowest: FloatArray, y: FloatArray, near: int, g: FloatArray, work: FloatArray,
+    blocks: Boxes, boxes: Boxes, y: FloatArray, near: int, g: FloatArray, work: FloatArray,
 ) -> tuple[float, int, float, bool]:  # fmt: skip
     """Return the least value with which posture y can be reached from cells, the cell and its s; fill in ∇c there.
 
     Cells are thought to go on beyond `severed` (m, 2) ends, though not for ever; the last is whether y may come from
-    further away. Cell `near` is likely to be the one. Blocks of cells (middle, room, lowest), and cells, that can do no
+    further away. Cell `near` is likely to be the one. `blocks` of cells, and `boxes` of single ones, that can do no
     better than what is found are not looked into.
     """
     a, b = cells.a, cells.b
     m, n = a.shape
     cut = False
-    d, step, shifted, trial, bend, none = work[0], work[1], work[2], work[3], work[4], work[5]
-    halfway, half = work[6], work[7]
-    still = 0.0
-    for i in range(n):
-        none[i] = 0.0
-        still += w[i] * h
+    d, shifted, trial, bend = work[0], work[1], work[2], work[3]
+    still = w.sum() * h
     result, cell, place = np.inf, near, 0.0
-    for block in range(-1, len(lowest)):
+    for block in range(-1, len(blocks.lowest)):
         first, last = block * BLOCK, min(block * BLOCK + BLOCK, m)
         if block < 0:
             first, last = near, near + 1
-        else:
-            short, square = distance(y, y, none, middle[block], room[block], wraps, w, step, shifted)
-            if is_far(kind, short, square, still, result - lowest[block]):
-                continue
+        elif is_out_of_reach(kind, wraps, w, y, blocks, block, still, result):
+            continue
         for k in range(first, last):
-            if block >= 0:
-                if k == near:
-                    continue
-                for i in range(n):
-                    halfway[i], half[i] = 0.5 * (a[k, i] + b[k, i]), 0.5 * abs(b[k, i] - a[k, i]) + cells.dev[k, i]
-                short, square = distance(y, y, none, halfway, half, wraps, w, step, shifted)
-                if is_far(kind, short, square, still, result - least_of(values, k)):
-                    continue
+            if block >= 0 and (k == near or is_out_of_reach(kind, wraps, w, y, boxes, k, still, result)):
+                continue
             length = 0.0
             for i in range(n):
                 length = max(length, abs(b[k, i] - a[k, i]))
-                x = y[i] - 0.5 * (a[k, i] + b[k, i])
+                x = y[i] - boxes.middle[k, i]
                 shifted[i] = y[i] - (TAU * np.rint(x / TAU) if wraps[i] else 0.0)
             beyond = _BEYOND * h / length if length > 0.0 else 0.0
             value, s = best_along(
@@ -171,11 +175,9 @@ def source_of(
 ) -> tuple[int, float]:  # fmt: skip
     """Return the cell, and s in it, from which posture y is reached most cheaply."""
     m, n = cells.a.shape
-    blocks = (m + BLOCK - 1) // BLOCK
-    middle, room, lowest, gain = np.empty((blocks, n)), np.empty((blocks, n)), np.empty(blocks), np.empty(blocks)
-    blocks_of(wraps, cells, values, middle, room, lowest, gain)
+    blocks, boxes = boxes_of(wraps, cells, values, BLOCK), boxes_of(wraps, cells, values, 1)
     _, cell, s, _ = propose(
-        kind, h, w, wraps, cells, values, np.zeros((m, 2), np.bool_), middle, room, lowest,
-        y, 0, np.empty(n), np.empty((WORK, n)),
+        kind, h, w, wraps, cells, values, np.zeros((m, 2), np.bool_), blocks, boxes, y, 0, np.empty(n),
+        np.empty((WORK, n)),
     )  # fmt: skip
     return cell, s

@@ -41,6 +41,8 @@ _MARGIN = 1e-12  # relative
 _STEEP = 1e5  # |dq/du| beyond which a start given by u leaves joints open
 _NEAR = 1e-2  # length of cells then [rad]
 _FOR_A_REASON = 0.5  # part of the time left that goes into a proof that there is no motion, where it looks like that
+_POLISHED = 0.1  # of the gap asked for, what the motion may cost for want of knots
+_BACK = 0.05  # how near postures are that lead back to a motion [rad]
 _TIED = 2.5  # width of the start of a cyclic motion, in slab widths [rad]
 
 
@@ -99,7 +101,7 @@ class _Search:
         self.planner, self.problem, self.progress = planner, problem, progress
         self.began = time.perf_counter()
         self.deadline = self.began + planner.time_limit
-        self.optima = Optima(problem, min(1e-6, 0.01 * planner.gap), self.deadline)
+        self.optima = Optima(problem, min(1e-5, _POLISHED * planner.gap), self.deadline)
         self.best: Optimum | None = None
         self.threshold = np.inf  # motions that cost more need not be in the tube
         self.bound = 0.0
@@ -259,7 +261,8 @@ class _Search:
         """Look for a better motion near the cheapest chords, and anywhere as long as none is known."""
         start = self.problem.start
         q = self.problem.arm.limits.lift(chain.q[None].copy(), None if start is None else start.q).q[0]
-        self._add(start_from(self.problem, q, chain.r), near=True)
+        if not self._is_known(q, chain.r):
+            self._add(start_from(self.problem, q, chain.r), near=True)
         if self.best is None:
             for k, other in enumerate(random_starts(self.problem, np.random.default_rng(0), 2 * _STARTS)):
                 if k == _STARTS or time.perf_counter() > 0.5 * (self.began + self.deadline):
@@ -276,6 +279,12 @@ class _Search:
         # Rounding off kinks blurs the cost on the coarse level, where a motion may not hold yet either.
         if optimum is not None and not self._accept(optimum, self.problem.objective.has_kinks) and self.best is None:
             self._accept(optimum, True)
+
+    def _is_known(self, q: FloatArray, r: FloatArray) -> bool:
+        """Return whether postures q (k, n) at r are so near the best motion that they would lead back to it."""
+        if self.best is None or not self.best.settled or self.problem.objective.has_kinks:
+            return False
+        return bool(np.abs(self.problem.arm.limits.steps(self.best.motion(r), q)).max() <= _BACK)
 
     def _polish(self) -> None:
         """Have the best motion known on knots as fine as they need be."""
