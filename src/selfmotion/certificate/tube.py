@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray
-from selfmotion.angles import TAU
+from selfmotion.angles import TAU, wrap
 from selfmotion.arms.cells import Cells, Cover
 from selfmotion.certificate import _chord_kernels, _kernels, _proposal_kernels
 from selfmotion.certificate._arrays import Arcs, Values
@@ -68,10 +68,13 @@ class Slice:
 
     def kept(self, rows: BoolArray) -> Slice:
         """Return the slice with some of its cells only."""
+        if rows.all():
+            return replace(self)
         joined, severed = self.joined.copy(), self.severed.copy()
         joined[1:] &= rows[:-1]
         severed[1:, 0] |= self.joined[1:] & ~rows[:-1]
         severed[:-1, 1] |= self.joined[1:] & ~rows[1:]
+        self._sever_at_seams(rows, severed)
         left = np.flatnonzero(rows)
         one_run = len(left) > 0 and left[-1] - left[0] == len(left) - 1
         chosen = slice(left[0], left[-1] + 1) if one_run else left  # a slice of an array need not be copied
@@ -81,6 +84,20 @@ class Slice:
             None if one is None else one.of(chosen), None if two is None else two.of(chosen),
             None if least is None else least[chosen],
         )  # fmt: skip
+
+    def _sever_at_seams(self, rows: BoolArray, severed: BoolArray) -> None:
+        """Mark the kept ends of pieces that went on in cells of other pieces which are dropped."""
+        ends = ~severed
+        ends[:, 0] &= rows & ~self.joined
+        ends[:, 1] &= rows & ~np.append(self.joined[1:], False)
+        if not ends.any():
+            return
+        cell, end = np.nonzero(ends)
+        q = np.where((end == 0)[:, None], self.cells.a[cell], self.cells.b[cell])
+        gone = self.cells[~rows]
+        room = 0.5 * np.abs(gone.b - gone.a) + gone.dev + _SAME
+        inside = np.abs(wrap(q[:, None] - 0.5 * (gone.a + gone.b))) <= room
+        severed[cell, end] = inside.all(axis=2).any(axis=1)
 
 
 class Setting(NamedTuple):
