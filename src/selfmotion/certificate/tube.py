@@ -97,7 +97,7 @@ class Slice:
         gone = self.cells[~rows]
         room = 0.5 * np.abs(gone.b - gone.a) + gone.dev + _SAME
         inside = np.abs(wrap(q[:, None] - 0.5 * (gone.a + gone.b))) <= room
-        severed[cell, end] = inside.all(axis=2).any(axis=1)
+        severed[cell, end] = np.any(np.all(inside, axis=2), axis=1)
 
 
 class Setting(NamedTuple):
