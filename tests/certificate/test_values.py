@@ -9,7 +9,7 @@ import pytest
 from selfmotion.certificate import _kernels as kernels
 from selfmotion.certificate._arrays import Arcs, Values
 from selfmotion.certificate._chord_kernels import L1, L2, TRAVEL
-from selfmotion.certificate._proposal_kernels import WORK
+from selfmotion.certificate._proposal_kernels import WORK, best_along
 
 KINDS = [TRAVEL, L1, L2]
 TAU = 2 * np.pi
@@ -415,3 +415,33 @@ def test_what_sags_counts(m):
             assert (found.v[0] - found.lost[0] < low).all()
             kernels.least_to(TRAVEL, 0.01, np.ones(2), np.zeros(2, bool), old, known, new, boxed)
             assert boxed[0] < low
+
+
+def source(step, y, rise, bow=0.0, sag=0.0, last=1.5):
+    """Value and place at which y is reached most cheaply, by chords over h = 1, from a cell from zero on; and a scan."""
+    step, y, n = np.array(step), np.array(y), len(step)
+    arcs, at = cell(step, bow + np.zeros(n)), values(0.0, rise, sag, np.zeros(n))
+    value, s = best_along(TRAVEL, 1.0, np.ones(n), y, arcs, at, 0, 0.0, last, *np.empty((3, n)))
+    grid = np.linspace(0.0, last, 20001)[:, None]
+    bump = 0.5 * grid * (1 - grid)
+    costs = np.hypot(1.0, y - grid * step - bump * bow).sum(axis=1) + (grid * rise - bump * sag)[:, 0]
+    return value, s, costs.min(), grid[costs.argmin(), 0]
+
+
+def test_sources_are_found():
+    rng = np.random.default_rng(61)
+    for _ in range(300):
+        n = int(rng.integers(1, 4))
+        step = np.exp(rng.uniform(-1, 2)) * rng.normal(size=n)
+        y = step * rng.uniform(0, 1.5) + np.exp(rng.uniform(-1, 2)) * rng.normal(size=n)
+        value, s, least, _ = source(step, y, rng.normal() * np.abs(step).sum(), *rng.choice([0.0, 0.1], 2))
+        assert 0.0 <= s <= 1.5
+        assert least - 1e-4 <= value <= least + 1e-9
+
+
+def test_a_source_about_which_newton_s_method_goes_to_and_fro():
+    # Between s = 0.56 and 1.49, where the cost is nearly straight, with a bend between; found in a real problem.
+    step, y, bow = (2.1164, -3.8707, 2.8369), (1.4109, -3.6622, 5.6621), np.array([0.0, 0.001, 0.0035])
+    value, s, least, place = source(step, y, -0.0114, bow, 0.0001, last=1 + 2 / 3.8707)
+    assert value == pytest.approx(least, abs=1e-6)
+    assert s == pytest.approx(place, abs=1e-3)

@@ -35,7 +35,6 @@ _TRIALS = 30
 _DAMPING = 0.01  # of a residual's second derivatives: what is added where a step did not lower it
 _SAFELY = 1e-12  # relative, what second-order terms are lowered by: far more than their rounding
 _LEAST_PART, _MOST_PART = 1e-6, 0.5  # of what c bends, given up so that deviations lose less
-_ROUND = 1e-15  # of unit vectors
 
 
 @kernel
@@ -189,25 +188,17 @@ def kept_sag(
         off += least_bend[i] * (old.rest[j, i] + new.rest[k, i]) ** 2
     if bb <= 0.0:
         return -np.inf, 0.0
-    # Both cells bend like one curve as far as their directions and curvatures agree; lengths need not.
-    na, nb, same = np.sqrt(aa), np.sqrt(bb), 1.0 if ab >= 0.0 else -1.0
-    turn, mean, differ, alone = 0.0, 0.0, 0.0, 0.0
+    # Both cells bend like one curve as far as their curvatures agree; lengths and directions need not.
+    mean, differ, alone = 0.0, 0.0, 0.0
     for i in range(n):
-        two = (new.b[k, i] - new.a[k, i] + (0.5 - t) * new.bow[k, i]) / nb
         curve = new.bow[k, i] / bb
-        one, other = two, curve
-        if aa > 0.0:
-            one = same * (old.b[j, i] - old.a[j, i] + (0.5 - s) * old.bow[j, i]) / na
-            other = old.bow[j, i] / aa
-        turn += least_bend[i] * (two - one) ** 2
+        other = old.bow[j, i] / aa if aa > 0.0 else curve
         mean += least_bend[i] * (0.5 * (curve + other)) ** 2
         differ += least_bend[i] * (curve - other) ** 2
         alone += least_bend[i] * old.bow[j, i] ** 2
-    turn, mean, differ = np.sqrt(turn) + _ROUND, np.sqrt(mean), np.sqrt(differ)
-    reach_a, reach_b = na * max(s, 1.0 - s), nb * max(t, 1.0 - t)
-    reach, straight = reach_a + reach_b, np.sqrt(max(1.0 - 0.25 * turn * turn, 1e-3))
-    r = 0.5 * reach * mean / straight
-    e = r * 0.5 * reach * turn + 0.25 * (reach_a**2 + reach_b**2) * differ + np.sqrt(off)
+    reach_a, reach_b = np.sqrt(aa) * max(s, 1.0 - s), np.sqrt(bb) * max(t, 1.0 - t)
+    r = 0.5 * (reach_a + reach_b) * np.sqrt(mean)
+    e = 0.25 * (reach_a**2 + reach_b**2) * np.sqrt(differ) + np.sqrt(off)
     if aa == 0.0:  # an old cell that stands still in first order may bend all the same
         e += 0.5 * max(s, 1.0 - s) ** 2 * np.sqrt(alone)
     r, e = r * (1.0 + _SAFELY), e * (1.0 + _SAFELY)
