@@ -10,7 +10,7 @@ from selfmotion.verification import verify_motion
 
 def test_the_seed_s_plan_holds(seed_plan):
     check = seed_plan.verification
-    assert "limits" not in {failure.check for failure in check.failures}
+    assert check.holds
     assert check.max_tracking_error <= 1e-12 * 80
     assert check.max_joint_step == pytest.approx(np.abs(np.diff(seed_plan(np.linspace(0, 1, 1000)), axis=0)).max())
     fine = seed_plan(np.linspace(0, 1, 100_001))
@@ -71,7 +71,7 @@ def test_tracking_is_measured_between_the_samples(seed_problem, seed_plan):
 
 
 def test_the_least_margin_is_measured_between_the_samples(seed_problem, seed_plan):
-    near = broken(seed_plan, lambda r, q: q - np.stack([0 * r, dip(r, 0.30042, 2e-4, 1.0), 0 * r], axis=-1))
+    near = broken(seed_plan, lambda r, q: q - np.stack([0 * r, dip(r, 0.30042, 2e-4, 0.6), 0 * r], axis=-1))
     check = verify_motion(seed_problem, near)
     least = seed_problem.arm.margins(near(np.linspace(0.3, 0.301, 100_001))).min()
     assert "limits" not in {failure.check for failure in check.failures}

@@ -418,7 +418,7 @@ def test_what_sags_counts(m):
 
 
 def source(step, y, rise, bow=0.0, sag=0.0, last=1.5):
-    """Value and place at which y is reached most cheaply, by chords over h = 1, from a cell from zero on; and a scan."""
+    """Value and place at which y is reached most cheaply, by chords over h = 1, from a cell; and a scan."""
     step, y, n = np.array(step), np.array(y), len(step)
     arcs, at = cell(step, bow + np.zeros(n)), values(0.0, rise, sag, np.zeros(n))
     value, s = best_along(TRAVEL, 1.0, np.ones(n), y, arcs, at, 0, 0.0, last, *np.empty((3, n)))
