@@ -1,10 +1,12 @@
 """Tries to refute proved lower bounds: random problems, and rivals that look for motions below the bound.
 
     python tests/certificate/soundness.py run --count 500 --rivals all --out FILE.jsonl
+    python tests/certificate/soundness.py run --kind limit-cut --count 300 --rivals none --out FILE.jsonl
     python tests/certificate/soundness.py report FILE.jsonl
 
 A run appends one line per problem; interrupted, it goes on where it stopped. A report exits with 1 if a bound or a
-claim of infeasibility is refuted, or something failed.
+claim of infeasibility is refuted, or something failed. Limit-cut problems are sampled densely too, to see whether any
+motion passes.
 """
 
 import argparse
@@ -13,13 +15,16 @@ import os
 import sys
 import time
 import traceback
+from collections import Counter
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+sys.path.append(str(Path(__file__).parents[1]))
 
 import numpy as np
+from brute_force import brute_force_connected, limit_cut_problem
 from problems import random_problem, reachable_problem
 from rivals import RIVALS
 
@@ -27,7 +32,8 @@ import selfmotion as sm
 from selfmotion.errors import InfeasibleError, NothingFeasibleError, UndecidedError
 
 ROUNDING = 1e-9
-KINDS = {"random": random_problem, "reachable": reachable_problem}
+KINDS = {"random": random_problem, "reachable": reachable_problem, "limit-cut": limit_cut_problem}
+SAMPLES, SLACK = (400, 600), 1e-3  # parts of the path and of a self-motion; what limits give and take [rad]
 CLOSE, SOON = 1e-3, 5.0  # gap and seconds that are counted
 _LISTED = 12
 
@@ -63,6 +69,8 @@ def record_of(seed, rivals, gap, time_limit, kind="random"):
         if problem is None:
             return {**record, "status": "no problem"}
         record["problem"] = repr(problem)
+        if kind == "limit-cut":
+            record["connected"] = connected(problem)
         record["rivals"] = {}
         for name in rivals:
             began = time.perf_counter()
@@ -75,6 +83,12 @@ def record_of(seed, rivals, gap, time_limit, kind="random"):
     except Exception:  # a run of hours goes on; the report says what failed
         record |= {"status": "failed", "error": traceback.format_exc(limit=-4)}
     return record
+
+
+def connected(problem):
+    """Whether dense samples lead from start to end; None if that hangs on how much limits give."""
+    answers = {brute_force_connected(problem, *SAMPLES, slack)[0] for slack in (-SLACK, SLACK)}
+    return answers.pop() if len(answers) == 1 else None
 
 
 def gap_of(bound):
@@ -106,6 +120,8 @@ def contradictions(records):
             found += [(record["seed"], name, cost) for name, (cost, _) in _motions(record).items()]
             if record["kind"] == "reachable":
                 found.append((record["seed"], "the structure of the angle domain", None))
+            if record.get("connected"):
+                found.append((record["seed"], "a walk along dense samples", None))
     return found
 
 
@@ -161,6 +177,7 @@ def report(records):
         if tried:
             median = f", median {np.median(seconds):.2f} s" if seconds else ""
             lines.append(f"rival {name}: {len(seconds)} motions of {len(tried)} problems{median}")
+    lines += _walks([record for record in records if "connected" in record])
     lines += _gaps([record for record in records if record.get("gap") is not None])
     unknown = [r["seed"] for r in records if r["status"] == "unknown" and _motions(r)]
     if unknown:
@@ -179,6 +196,13 @@ def _refuted(records):
     lines.append(f"failed: {len(failed)}")
     lines += [f"  seed {record['seed']}: {record['error'].strip().splitlines()[-1]}" for record in failed]
     return lines, bool(below or against or failed)
+
+
+def _walks(records):
+    """What dense samples say, by what the planner says."""
+    counts = Counter((record["connected"], record["status"]) for record in records)
+    words = {True: "connected", False: "blocked", None: "undecided"}
+    return [f"dense samples {words[walk]}, planner {status}: {count}" for (walk, status), count in counts.items()]
 
 
 def _gaps(records):
@@ -209,7 +233,7 @@ def main(arguments=None):
     command.add_argument("--count", type=int, default=100)
     command.add_argument("--first", type=int, default=0, help="first seed")
     command.add_argument("--kind", choices=KINDS, default="random")
-    command.add_argument("--rivals", default="all", help=f"all, or some of {','.join(RIVALS)}")
+    command.add_argument("--rivals", default="all", help=f"all, none, or some of {','.join(RIVALS)}")
     command.add_argument("--out", required=True)
     command.add_argument("--gap", type=float, default=1e-4)
     command.add_argument("--time-limit", type=float, default=60.0)
@@ -220,7 +244,7 @@ def main(arguments=None):
         text, good = report(read(given.file))
         print(text)
         return 0 if good else 1
-    rivals = list(RIVALS) if given.rivals == "all" else given.rivals.split(",")
+    rivals = {"all": list(RIVALS), "none": []}.get(given.rivals, given.rivals.split(","))
     if not set(rivals) <= set(RIVALS):
         parser.error(f"rivals are {', '.join(RIVALS)}")
     seeds = range(given.first, given.first + given.count)

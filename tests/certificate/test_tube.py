@@ -8,10 +8,11 @@ from selfmotion.certificate.tube import Slice
 
 
 def two_pieces():
-    """Cells of one curve, of unit length: five of a piece on [0, 5], and four of another on [3, 7], which overlap it."""
+    """Cells of one curve: five of a piece on [0, 5], and four of another on [3, 7], which overlap it."""
     start = np.array([0, 1, 2, 3, 4, 3, 4, 5, 6], float)
     a, piece = start[:, None] * [0.1, 0.2], np.repeat([0.0, 1.0], [5, 4])
-    cells = Cells(a, a + [0.1, 0.2], np.full((9, 2), 1e-6), np.column_stack([piece, 0 * piece, start, start + 1]),
+    b = (start + 1)[:, None] * [0.1, 0.2]
+    cells = Cells(a, b, np.full((9, 2), 1e-6), np.column_stack([piece, 0 * piece, start, start + 1]),
                   np.arange(9))  # fmt: skip
     joined = np.array([0, 1, 1, 1, 1, 0, 1, 1, 1], bool)
     return Slice(0.5, np.zeros(2), cells, joined, np.zeros((9, 2), bool), least=np.arange(9.0))
