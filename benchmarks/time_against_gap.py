@@ -9,6 +9,7 @@ import resource
 import numpy as np
 
 import selfmotion as sm
+from selfmotion.report.seed_shortest import QUESTIONS, from_start
 
 GAPS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 LAPS = (1, 2, 4, 8)
@@ -21,13 +22,15 @@ CASES = {
     "Kazerounian–Wang 4R": sm.Problem(
         sm.PlanarArm([7, 7, 4, 1.5], direction=np.radians(-60)), sm.Circle([6, 4], 4)
     ),
+    **{f"6R, {name}, start": from_start(QUESTIONS[name]) for name in ("fixed base", "moving base")},
+    **{f"6R, {name}, free start": QUESTIONS[name].problem() for name in ("fixed base", "moving base")},
 }  # fmt: skip
 
 
 def row(name, plan):
     """Return a line of a table."""
     last = plan.certificate.levels[-1]
-    return f"{name:24} {plan.gap:8.1e} {plan.wall_time_s:7.2f} s {last.slices:6d} slices {last.cells:8d} cells"
+    return f"{name:28} {plan.gap:8.1e} {plan.wall_time_s:7.2f} s {last.slices:6d} slices {last.cells:8d} cells"
 
 
 def main():

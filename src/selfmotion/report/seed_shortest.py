@@ -13,6 +13,7 @@ from selfmotion.profiles import SinusoidProfile
 from selfmotion.report import seed_3r, seed_6r
 from selfmotion.report.cases import SAMPLES
 
+GAP = 1e-4  # part of the least F to which questions are answered
 _TIME = 600.0  # far more than it takes: a clock must not decide the result
 _SPAN, _HARMONICS, _COEFFICIENTS = 1.5, 5, 8
 
@@ -26,23 +27,20 @@ class Question(NamedTuple):
         Makes the problem, its start free.
     offset, amplitude : float
         Of the paper's sinusoids, which start at the offset.
-    gap : float
-        To what part of the least F it is answered.
     """
 
     problem: Callable[[], Problem]
     offset: float
     amplitude: float
-    gap: float
 
 
 QUESTIONS = {
-    seed_3r.CASE.name: Question(seed_3r.problem, seed_3r.OFFSET, seed_3r.AMPLITUDE, 1e-4),
-    seed_6r.FIXED.name: Question(lambda: seed_6r.modules()[0], seed_6r.OFFSET[0], seed_6r.AMPLITUDE[0], 1e-4),
-    seed_6r.MOVING.name: Question(lambda: seed_6r.modules()[1], seed_6r.OFFSET[1], seed_6r.AMPLITUDE[1], 1e-3),
+    seed_3r.CASE.name: Question(seed_3r.problem, seed_3r.OFFSET, seed_3r.AMPLITUDE),
+    seed_6r.FIXED.name: Question(lambda: seed_6r.modules()[0], seed_6r.OFFSET[0], seed_6r.AMPLITUDE[0]),
+    seed_6r.MOVING.name: Question(lambda: seed_6r.modules()[1], seed_6r.OFFSET[1], seed_6r.AMPLITUDE[1]),
 }
 """By the name of the search. On the moving base the fourth joint is absolute, as the paper has it."""
-WITHOUT_LIMITS = Question(seed_3r.free_problem, seed_3r.OFFSET, seed_3r.AMPLITUDE, 1e-4)
+WITHOUT_LIMITS = Question(seed_3r.free_problem, seed_3r.OFFSET, seed_3r.AMPLITUDE)
 """The 3R arm with both elbows."""
 
 
@@ -78,13 +76,13 @@ def answer(name: str, f: float, seed: int, progress: Progress | None = None) -> 
         Harmonics(span=[_SPAN], harmonics=_HARMONICS, optimizer=search).plan(bound, progress),
         BSpline(span=[_SPAN], coefficients=_COEFFICIENTS, optimizer=search).plan(bound, progress),
         shortest(question, progress),
-        Global(question.gap, _TIME).plan(free, progress),
+        Global(GAP, _TIME).plan(free, progress),
     )
 
 
 def shortest(question: Question, progress: Progress | None = None) -> Plan:
     """Return the shortest of all motions that start as the paper's do."""
-    return Global(question.gap, _TIME).plan(from_start(question), progress)
+    return Global(GAP, _TIME).plan(from_start(question), progress)
 
 
 def from_start(question: Question) -> Problem:
