@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 
 import selfmotion as sm
+from selfmotion.angles import wrap
+from selfmotion.errors import UndecidedError
+from selfmotion.planners.globally_optimal import _Search
 
 LIMITS = [None, (0, np.pi), None]
 BEZIER = sm.Bezier([[50, -10], [85, 30], [50, 50], [60, -10], [58, 30], [70, -10]])
@@ -196,3 +199,25 @@ def test_one_redundant_degree_is_needed():
     arm = sm.PlanarArm([30] * 5)
     with pytest.raises(sm.InvalidInputError, match="one redundant degree"):
         sm.plan(sm.Problem(arm, BEZIER), sm.Global())
+
+
+@pytest.mark.parametrize(("x", "u", "free"), [([3.0, 0.0], 0.0, 0), ([1.0, 0.0], np.pi, 0), ([1.0, 0.0], 0.0, 1)])
+def test_a_start_at_a_singular_posture_is_every_posture_near_it(x, u, free):
+    # Stretched out, on a fold, and with the wrist on the base, where the other joints are anyone's guess.
+    arm = sm.PlanarArm([1, 1, 1])
+    problem = sm.Problem(arm, sm.Line(x, [1.5, 0.5]), start=[u])
+    cells = _Search(sm.Global(), problem, None)._given(arm.cover(), problem.start, 0.0)
+    for turn in np.linspace(-np.pi, np.pi, 7 if free else 1):
+        q, ok = arm.solve(np.array(x), np.array([u]), 1)
+        assert ok
+        q = q + turn * free * np.array([1.0, 0.0, -1.0])
+        assert arm.task_error(q, np.array(x)) < 1e-12
+        off = np.abs(wrap(0.5 * (cells.a + cells.b) - q)) - 0.5 * np.abs(cells.b - cells.a) - cells.dev
+        assert (off.max(axis=1) < 1e-9).any()
+
+
+def test_too_little_time_to_prove_that_there_is_none_is_undecided():
+    tight = sm.Problem(sm.PlanarArm([1, 1, 1], [(-1.45, 1.45)] * 3), sm.Line([1.5, -2.5], [1.5, 2.5]))
+    with pytest.raises(UndecidedError) as found:
+        sm.plan(tight, sm.Global(time_limit=1e-3))
+    assert found.value.why == "budget"
