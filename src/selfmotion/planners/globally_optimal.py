@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from selfmotion._checks import number, positive
-from selfmotion._types import BoolArray, FloatArray
+from selfmotion._types import FloatArray
 from selfmotion.angles import wrap
 from selfmotion.certificate.joined import leads_on
 from selfmotion.domain import blocked_stretches
@@ -29,14 +29,6 @@ if TYPE_CHECKING:
 _SLICES = 24  # slabs to begin with
 _DENSITY = 4.0  # cells to begin with are this times h^1.5 long, slabs being h wide [rad]
 _STARTS = 16  # random starts for a motion where the cheapest chords lead to none
-_LEFT = 0.1  # part of what chords lose that may be in slabs that are not halved
-_ENOUGH = 0.55  # of the gap asked for: what chords need not lose less than
-_WIDEST = 1 / 60  # slabs that are halved in any case
-_SHARE = 3.0  # square of the spacing, as a part of what a slab's chord may lose, for l1 and l2
-_LOSS = 0.3  # loss of the proof per slab for want of shorter cells, as a part of what its chord may lose
-_PER_STEP = 4.0  # longest cells, in slab widths [rad]
-_WANTED = 0.3  # part of the gap asked for that chords need not lose less than
-_NARROWER = 0.1  # what spacing is multiplied by at least, from one round to the next
 _MARGIN = 1e-12  # relative
 _STEEP = 1e5  # |dq/du| beyond which a start given by u leaves joints open
 _NEAR = 1e-2  # length of cells then [rad]
@@ -188,10 +180,12 @@ class _Search:
 
     def _refined(self, part: _Part) -> list[_Part]:
         """Return a part on more slices in shorter cells, or none if it is empty."""
-        slabs, spacing = self._finer(part.chain, part.spacing)
+        from selfmotion.certificate.rounds import finer, with_new
+
+        kind, wanted = self.problem.objective.kind, self.planner.gap * self.threshold
+        slabs, spacing = finer(part.chain, part.spacing, self._excess(part.chain.r), wanted, kind)
         tube = part.tube.refined(slabs, spacing, self.threshold, self.deadline)
-        spacing = _with_new(spacing, slabs)
-        return [] if tube.is_empty else [_Part(tube, spacing)]
+        return [] if tube.is_empty else [_Part(tube, with_new(spacing, slabs))]
 
     def _parted(self, part: _Part) -> list[_Part]:
         """Return a part in parts so narrow at the start that start and end of a cyclic motion hardly differ in them."""
@@ -228,34 +222,14 @@ class _Search:
         tube = tuple(TubeSlice(part.r, part.cells.a, part.cells.b) for part in slices)
         return Certificate(self.bound, argument, tuple(self.levels), tube)
 
-    def _finer(self, chain: Chain, spacing: FloatArray) -> tuple[BoolArray, FloatArray]:
-        """Return which slabs to halve, and the spacing of cells on each slice.
-
-        Slabs in which the best motion is longest beyond its chord are halved. Cells get shorter where they lost more
-        than a part of what chords will lose then.
-        """
-        r, h = chain.r, np.diff(chain.r)
+    def _excess(self, r: FloatArray) -> FloatArray | None:
+        """Return by how much the best motion is longer than its chord, slab by slab (k,), or None if there is none."""
         if self.best is None:
-            return np.ones(len(h), bool), 0.35 * spacing
-        motion, objective, weights = self.best.motion, self.problem.objective, self.problem.weights
+            return None
+        motion, objective, weights, h = self.best.motion, self.problem.objective, self.problem.weights, np.diff(r)
         q, at_middle = motion(r), motion(0.5 * (r[1:] + r[:-1]))
         halves = [objective.chord(half, 0.5 * h, weights) for half in (at_middle - q[:-1], q[1:] - at_middle)]
-        excess = np.maximum(halves[0] + halves[1] - objective.chord(np.diff(q, axis=0), h, weights), 0.0)
-        order = np.argsort(excess)
-        slabs = np.ones(len(h), bool)
-        enough = (_ENOUGH * self.planner.gap * self.threshold - 0.25 * excess.sum()) / 0.75
-        slabs[order[np.cumsum(excess[order]) <= max(_LEFT * excess.sum(), enough)]] = False
-        slabs |= h > _WIDEST
-        expected = max(excess[~slabs].sum() + 0.25 * excess[slabs].sum(), _WANTED * self.planner.gap * self.threshold)
-        allowed = expected / (len(h) + slabs.sum())
-        so_far = np.maximum.accumulate(np.maximum(chain.lost, 0.0))  # proposals may be too low for a while
-        lost = np.maximum(np.diff(so_far), 1e-300)
-        measured = np.cbrt(_LOSS * allowed / np.maximum(np.append(lost, 0.0), np.append(0.0, lost)))
-        step = np.where(slabs, 0.5 * h, h)
-        most = _PER_STEP * np.minimum(np.append(step, np.inf), np.append(np.inf, step))
-        if self.problem.objective.kind != "joint_travel":  # values are carried as straight lines over cells then
-            most = np.minimum(most, np.sqrt(_SHARE * allowed))
-        return slabs, np.minimum(spacing * np.clip(measured, _NARROWER, 1.0), most)
+        return np.maximum(halves[0] + halves[1] - objective.chord(np.diff(q, axis=0), h, weights), 0.0)
 
     def _improve(self, chain: Chain) -> None:
         """Look for a better motion near the cheapest chords, and anywhere as long as none is known."""
@@ -352,9 +326,3 @@ def _slices(breaks: FloatArray) -> FloatArray:
         near = breaks[np.abs(breaks[None] - r[1:-1, None]).argmin(axis=1)]
         r[1:-1] = np.where(np.abs(near - r[1:-1]) < 0.5 / _SLICES, near, r[1:-1])
     return r
-
-
-def _with_new(spacing: FloatArray, slabs: BoolArray) -> FloatArray:
-    """Return the spacing of a tube's slices after new ones in the middle of some slabs."""
-    at = np.flatnonzero(slabs)
-    return np.insert(spacing, at + 1, 0.5 * (spacing[at] + spacing[at + 1]))

@@ -1,0 +1,64 @@
+"""What the next round of a proof makes finer: which slabs it halves, and how long cells may still be."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from selfmotion._types import BoolArray, FloatArray
+from selfmotion.certificate.tube import Chain
+
+_LEFT = 0.1  # part of what chords lose that may be in slabs that are not halved
+_ENOUGH = 0.55  # of the gap asked for: what chords need not lose less than
+_WIDEST = 1 / 60  # slabs that are halved in any case
+_SHARE = 3.0  # square of the spacing, as a part of what a slab's chord may lose, for l1 and l2
+_LOSS = 0.3  # loss of the proof per slab for want of shorter cells, as a part of what its chord may lose
+_PER_STEP = 4.0  # longest cells, in slab widths [rad]
+_WANTED = 0.3  # part of the gap asked for that chords need not lose less than
+_NARROWER = 0.1  # what spacing is multiplied by at least, from one round to the next
+_WITHOUT = 0.35  # what spacing is multiplied by where no motion is known
+
+
+def finer(
+    chain: Chain, spacing: FloatArray, excess: FloatArray | None, wanted: float, objective: str
+) -> tuple[BoolArray, FloatArray]:
+    """Return which slabs to halve (k,), and the spacing of cells on each slice (k + 1,).
+
+    Parameters
+    ----------
+    chain : Chain
+        The cheapest chords.
+    spacing : array, shape (k + 1,)
+        Of cells so far [rad].
+    excess : array, shape (k,), or None
+        By how much the best motion is longer than its chord, if one is known. Slabs where it is largest are halved, no
+        more of them than `wanted` needs; a chord's excess falls to a quarter then. Cells get shorter where they lost
+        more than a part of what chords will lose then: what they lose falls with the cube of their length.
+    wanted : float
+        Cost that may be left unproved.
+    objective : str
+        Its kind.
+    """
+    h = np.diff(chain.r)
+    if excess is None:
+        return np.ones(len(h), bool), _WITHOUT * spacing
+    order = np.argsort(excess)
+    slabs = np.ones(len(h), bool)
+    enough = (_ENOUGH * wanted - 0.25 * excess.sum()) / 0.75
+    slabs[order[np.cumsum(excess[order]) <= max(_LEFT * excess.sum(), enough)]] = False
+    slabs |= h > _WIDEST
+    expected = max(excess[~slabs].sum() + 0.25 * excess[slabs].sum(), _WANTED * wanted)
+    allowed = expected / (len(h) + slabs.sum())
+    so_far = np.maximum.accumulate(np.maximum(chain.lost, 0.0))  # proposals may be too low for a while
+    lost = np.maximum(np.diff(so_far), 1e-300)
+    measured = np.cbrt(_LOSS * allowed / np.maximum(np.append(lost, 0.0), np.append(0.0, lost)))
+    step = np.where(slabs, 0.5 * h, h)
+    most = _PER_STEP * np.minimum(np.append(step, np.inf), np.append(np.inf, step))
+    if objective != "joint_travel":  # values are carried as straight lines over cells then
+        most = np.minimum(most, np.sqrt(_SHARE * allowed))
+    return slabs, np.minimum(spacing * np.clip(measured, _NARROWER, 1.0), most)
+
+
+def with_new(spacing: FloatArray, slabs: BoolArray) -> FloatArray:
+    """Return the spacing of a tube's slices after new ones in the middle of some slabs."""
+    at = np.flatnonzero(slabs)
+    return np.insert(spacing, at + 1, 0.5 * (spacing[at] + spacing[at + 1]))
