@@ -326,8 +326,11 @@ class Tube:
         """
         first, last = self.slices[0], self.slices[-1]
         found = []
-        for rows in np.array_split(np.arange(len(first.cells)), 2):
-            mine = np.zeros(len(first.cells), bool)
+        m = len(first.cells)
+        ends = np.flatnonzero(~first.joined[1:]) + 1  # between pieces, which may be far from each other
+        cut = int(ends[np.abs(ends - m // 2).argmin()]) if len(ends) else m // 2
+        for rows in (np.arange(cut), np.arange(cut, m)):
+            mine = np.zeros(m, bool)
             mine[rows] = True
             start = first.kept(mine)
             end = last.kept(np.asarray(self._meet(start.cells, last.cells).any(axis=0)))

@@ -35,7 +35,7 @@ _NEAR = 1e-2  # length of cells then [rad]
 _FOR_A_REASON = 0.5  # part of the time left that goes into a proof that there is no motion, where it looks like that
 _POLISHED = 0.1  # of the gap asked for, what the motion may cost for want of knots
 _BACK = 0.05  # how near postures are that lead back to a motion [rad]
-_TIED = 2.5  # width of the start of a cyclic motion, in slab widths [rad]
+_TIED = 1.0  # widest start of a cyclic motion in the first round; half as wide in every further one [rad]
 
 
 _ARGUMENT = "values on cells of the self-motion, pair by pair"
@@ -167,6 +167,8 @@ class _Search:
         self._improve(min(parts, key=lambda part: part.bound).chain)
         if self.problem.cyclic:
             parts[:] = [small for part in parts for small in self._parted(part)]
+            if parts:  # whose chains nearly close, unlike those of the whole
+                self._improve(min(parts, key=lambda part: part.bound).chain)
         best = min((part.bound for part in parts), default=np.inf)
         self.bound = max(self.bound, min(best, self.threshold))
         for part in parts:
@@ -193,7 +195,7 @@ class _Search:
         tube = part.tube.closed()
         if tube.is_empty:
             return []
-        if self.best is None or tube.width <= _TIED * np.diff(part.chain.r).mean():
+        if self.best is None or tube.width <= _TIED * 0.5 ** len(self.levels):
             part.tube = tube
             return [part]
         found = []
