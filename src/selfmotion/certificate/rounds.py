@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray
@@ -15,11 +17,26 @@ _LOSS = 0.3  # loss of the proof per slab for want of shorter cells, as a part o
 _PER_STEP = 4.0  # longest cells, in slab widths [rad]
 _WANTED = 0.3  # part of the gap asked for that chords need not lose less than
 _NARROWER = 0.1  # what spacing is multiplied by at least, from one round to the next
+_JUMP = 3.0  # chords that are so many times as long as most
 _WITHOUT = 0.35  # what spacing is multiplied by where no motion is known
 
 
+class BestMotion(NamedTuple):
+    """What a round wants to know of the best motion, slab by slab.
+
+    Attributes
+    ----------
+    excess : array, shape (k,)
+        By how much it is longer than its chord.
+    steps : array, shape (k, n)
+    """
+
+    excess: FloatArray
+    steps: FloatArray
+
+
 def finer(
-    chain: Chain, spacing: FloatArray, excess: FloatArray | None, wanted: float, objective: str
+    chain: Chain, spacing: FloatArray, best: BestMotion | None, wanted: float, objective: str
 ) -> tuple[BoolArray, FloatArray]:
     """Return which slabs to halve (k,), and the spacing of cells on each slice (k + 1,).
 
@@ -29,23 +46,26 @@ def finer(
         The cheapest chords.
     spacing : array, shape (k + 1,)
         Of cells so far [rad].
-    excess : array, shape (k,), or None
-        By how much the best motion is longer than its chord, if one is known. Slabs where it is largest are halved, no
-        more of them than `wanted` needs; a chord's excess falls to a quarter then. Cells get shorter where they lost
-        more than a part of what chords will lose then: what they lose falls with the cube of their length.
+    best : BestMotion or None
+        If one is known. Slabs where it is longest beyond its chord are halved, no more of them than `wanted` needs;
+        that excess falls to a quarter then. So are those where the cheapest chords jump and it does not. Cells get
+        shorter where they lost more than a part of what chords will lose then: that falls with their length's cube.
     wanted : float
         Cost that may be left unproved.
     objective : str
         Its kind.
     """
     h = np.diff(chain.r)
-    if excess is None:
+    if best is None:
         return np.ones(len(h), bool), _WITHOUT * spacing
+    excess, steps = best.excess, np.abs(np.diff(chain.q, axis=0)).max(axis=1)
     order = np.argsort(excess)
     slabs = np.ones(len(h), bool)
     enough = (_ENOUGH * wanted - 0.25 * excess.sum()) / 0.75
     slabs[order[np.cumsum(excess[order]) <= max(_LEFT * excess.sum(), enough)]] = False
     slabs |= h > _WIDEST
+    apart = np.abs(np.diff(chain.q, axis=0) - best.steps).max(axis=1)
+    slabs |= (steps > _JUMP * np.median(steps)) & (apart > 0.5 * steps)
     expected = max(excess[~slabs].sum() + 0.25 * excess[slabs].sum(), _WANTED * wanted)
     allowed = expected / (len(h) + slabs.sum())
     so_far = np.maximum.accumulate(np.maximum(chain.lost, 0.0))  # proposals may be too low for a while

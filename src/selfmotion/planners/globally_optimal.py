@@ -24,6 +24,7 @@ from selfmotion.verification import Failure
 if TYPE_CHECKING:
     from selfmotion.arms.cells import Cells, Cover
     from selfmotion.certificate.result import Certificate, Level
+    from selfmotion.certificate.rounds import BestMotion
     from selfmotion.certificate.tube import Chain, Tube
 
 _SLICES = 24  # slabs to begin with
@@ -139,7 +140,7 @@ class _Search:
         try:
             tube = first_tube(
                 setting, _slices(problem.path.breaks), float(spacing[0]),
-                self._given(cover, problem.start, 0.0), self._given(cover, problem.end, 1.0), self.deadline,
+                self._given(cover, problem.start, 0.0), self._given(cover, self._end, 1.0), self.deadline,
             )  # fmt: skip
             if tube.is_empty:
                 at = next(part.r for part in tube.slices if not len(part.cells))
@@ -185,7 +186,7 @@ class _Search:
         from selfmotion.certificate.rounds import finer, with_new
 
         kind, wanted = self.problem.objective.kind, self.planner.gap * self.threshold
-        slabs, spacing = finer(part.chain, part.spacing, self._excess(part.chain.r), wanted, kind)
+        slabs, spacing = finer(part.chain, part.spacing, self._on_slabs(part.chain.r), wanted, kind)
         tube = part.tube.refined(slabs, spacing, self.threshold, self.deadline)
         return [] if tube.is_empty else [_Part(tube, with_new(spacing, slabs))]
 
@@ -224,14 +225,16 @@ class _Search:
         tube = tuple(TubeSlice(part.r, part.cells.a, part.cells.b) for part in slices)
         return Certificate(self.bound, argument, tuple(self.levels), tube)
 
-    def _excess(self, r: FloatArray) -> FloatArray | None:
-        """Return by how much the best motion is longer than its chord, slab by slab (k,), or None if there is none."""
+    def _on_slabs(self, r: FloatArray) -> BestMotion | None:
+        from selfmotion.certificate.rounds import BestMotion
+
         if self.best is None:
             return None
         motion, objective, weights, h = self.best.motion, self.problem.objective, self.problem.weights, np.diff(r)
         q, at_middle = motion(r), motion(0.5 * (r[1:] + r[:-1]))
         halves = [objective.chord(half, 0.5 * h, weights) for half in (at_middle - q[:-1], q[1:] - at_middle)]
-        return np.maximum(halves[0] + halves[1] - objective.chord(np.diff(q, axis=0), h, weights), 0.0)
+        steps = np.diff(q, axis=0)
+        return BestMotion(np.maximum(halves[0] + halves[1] - objective.chord(steps, h, weights), 0.0), steps)
 
     def _improve(self, chain: Chain) -> None:
         """Look for a better motion near the cheapest chords, and anywhere as long as none is known."""
@@ -276,12 +279,17 @@ class _Search:
         self.best, self.threshold = optimum, cost
         return True
 
+    @property
+    def _end(self) -> Posture | None:
+        """The end posture, as far as it is given: that of a motion that closes is its start's."""
+        return self.problem.start if self.problem.cyclic and self.problem.end is None else self.problem.end
+
     def _given(self, cover: Cover, posture: Posture | None, r: float) -> Cells | None:
         """Return the cells that a given posture stands for: given by u, it may have any turns."""
         if posture is None:
             return None
         if posture.q is not None:
-            return cover.points(posture.q[None], turned=False)
+            return cover.points(posture.q[None], turned=r > 0.0 and self.problem.cyclic == "modulo")
         arm, x = self.problem.arm, self.problem.path(r)
         if not all((np.abs(arm.derivative(x, posture.u, b)[0]) < _STEEP).all() for b in self.problem.elbow_branches):
             # At a singular posture u does not tell all joints: every posture near it is allowed.
