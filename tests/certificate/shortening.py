@@ -45,7 +45,7 @@ class Shortener:
         p = task.directions(self.q)[0]
         t = task.tangents(p)
         t = t * np.cumprod(np.concatenate([[1.0], np.where((t[1:] * t[:-1]).sum(axis=-1) < 0, -1.0, 1.0)]))[:, None]
-        t /= np.abs(t @ task.to_joints.T).max(axis=1)[:, None]
+        t /= np.maximum(np.abs(t @ task.to_joints.T).max(axis=1)[:, None], 1e-300)  # zero where all links are one line
         window = np.linspace(-1, 1, 2 * _WINDOW + 1)
         window = width * np.sign(window) * np.abs(window) ** 1.5
         shifts = [np.clip(shift, -_FARTHEST, _FARTHEST) for shift in self._shifts(t @ task.to_joints.T, width)]
@@ -57,6 +57,7 @@ class Shortener:
         found, ok = task.closed(guess, x, gauge, (gauge * guess).sum(axis=-1))
         found, ok = self._inside(found, ok, x)
         q = task.joints(found, self.offset)
+        ok &= np.isfinite(q).all(axis=-1)
         ok &= np.abs(q - self.q[:, None]).max(axis=-1) <= 3 * np.maximum(width, np.abs(offsets))
         for given, k in ((task.start_u, 0), (task.end_u, -1)):
             if given is not None:
@@ -64,6 +65,7 @@ class Shortener:
         ok[:, _WINDOW] = True
         q[:, _WINDOW] = self.q
         value = np.where(ok, 0.0, np.inf)
+        q = np.where(ok[..., None], q, self.q[:, None])
         dq = q[1:, None, :, :] - q[:-1, :, None, :]
         costs = task.cost_of(dq, np.diff(self.r)[:, None, None])
         costs += value[1:, None, :] + self._surcharge(dq)
@@ -103,7 +105,10 @@ class Shortener:
             bands = np.stack([np.append(beside, 0.0), diagonal, np.append(beside, 0.0)])
             bands[0] = np.concatenate([[0.0], beside * ~(fixed[1:] | fixed[:-1])])
             bands[2] = np.append(bands[0, 1:], 0.0)
-            shift = solve_banded((1, 1), bands, np.where(fixed, 0.0, pull))
+            try:  # beside singular postures stiffness is beyond all bounds
+                shift = solve_banded((1, 1), bands, np.where(fixed, 0.0, pull))
+            except (np.linalg.LinAlgError, ValueError):
+                return np.zeros(len(d))
             moves = shift[:, None] * d
             leaving = ((low & (moves < 0)) | (high & (moves > 0))).any(axis=1) & ~fixed
             if not leaving.any():

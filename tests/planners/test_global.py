@@ -110,6 +110,18 @@ def test_cyclic_motions(cyclic):
     assert free.lower_bound < free.cost < plan.lower_bound < plan.cost
 
 
+@pytest.mark.parametrize("cyclic", ["exact", "modulo"])
+def test_a_cyclic_motion_from_a_given_start_ends_there(cyclic):
+    # The end is known then: proofs need not let it be anywhere in a cell about the start.
+    arm = sm.PlanarArm([1, 1, 0.7], [None, (0, np.pi), None])
+    given = sm.Problem(arm, sm.Circle([1.2, 0.3], 0.5), start=[0.3], cyclic=cyclic)
+    plan = sm.plan(given, sm.Global(gap=1e-4, time_limit=20))
+    assert np.abs(plan(1.0) - plan(0.0)).max() < 1e-9
+    assert plan.gap <= 1e-4
+    posture = sm.Problem(arm, given.path, start={"q": plan(0.0)}, end={"q": plan(1.0)})
+    assert sm.plan(posture, sm.Global(gap=1e-4)).cost == pytest.approx(plan.cost, rel=1e-4)
+
+
 def test_gaps_shrink_round_by_round():
     plan = sm.plan(KNOWN["bezier from 0.3"][0], sm.Global(gap=3e-6))
     bounds = [level.bound for level in plan.certificate.levels]
