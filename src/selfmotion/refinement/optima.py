@@ -25,6 +25,7 @@ _MOST_CORNERS = 48
 _JUST_BEFORE = 1e-9  # a corner, in r
 _TURN = 1e-3  # change of x' at a corner, as a part of the path's length
 _LEVELS = 8
+_EXACT = 1e-7  # a cost that two quadratures agree upon to this part needs no finer knots
 _ROUGH = 1e-6  # correction [rad] of spans that are bisected, or those corrected by half the largest if that is less
 _COARSE_TOLERANCE = 1e-7  # of Newton's method on the coarse level
 _REFINED = 3  # optima that are refined to the end, at most, once one of them holds
@@ -195,7 +196,10 @@ class Optima:
                 break
             space, motion = optimum.collocation.space, optimum.motion
             cost = self.cost_of(motion)
-            settled = abs(cost - before) <= tolerance * cost or abs(cost - optimum.cost) <= 0.1 * tolerance * cost
+            settled = (
+                abs(cost - before) <= tolerance * cost
+                or abs(cost - optimum.cost) <= min(0.1 * tolerance, _EXACT) * cost
+            )
             correction = _corrections(motion)
             rough = correction > min(_ROUGH, 0.5 * correction.max())
             if width <= _NARROWEST and (settled or len(rough) + rough.sum() > _MOST_SPANS):
