@@ -33,6 +33,7 @@ def test_what_is_cut_off_is_severed_and_joined_no_more():
 @pytest.mark.parametrize(("kept", "ends"), [
     ([1, 1, 1, 1, 1, 0, 0, 0, 0], {(4, 1)}),  # the curve goes on in the other piece, which is gone
     ([1, 1, 1, 1, 1, 0, 1, 1, 1], {(5, 0)}),  # it does, in what is kept
+    ([1, 1, 1, 1, 1, 0, 0, 1, 1], {(5, 0)}),
     ([0, 0, 0, 0, 0, 1, 1, 1, 1], {(0, 0)}),
     ([1, 1, 1, 1, 1, 1, 1, 1, 1], set()),  # the ends at 0 and 7 are the curve's own
     ([0, 1, 1, 1, 0, 1, 1, 1, 1], {(0, 0), (2, 1)}),

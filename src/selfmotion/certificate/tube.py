@@ -94,10 +94,11 @@ class Slice:
             return
         cell, end = np.nonzero(ends)
         q = np.where((end == 0)[:, None], self.cells.a[cell], self.cells.b[cell])
-        gone = self.cells[~rows]
-        room = 0.5 * np.abs(gone.b - gone.a) + gone.dev + _SAME
-        inside = np.abs(wrap(q[:, None] - 0.5 * (gone.a + gone.b))) <= room
-        severed[cell, end] = np.any(np.all(inside, axis=2), axis=1)
+        a, b = self.cells.a, self.cells.b
+        room = 0.5 * np.abs(b - a) + self.cells.dev + _SAME
+        inside = np.all(np.abs(wrap(q[:, None] - 0.5 * (a + b))) <= room, axis=2)
+        inside[np.arange(len(cell)), cell] = False
+        severed[cell, end] = np.any(inside, axis=1) & ~np.any(inside & rows, axis=1)
 
 
 class Setting(NamedTuple):
