@@ -140,7 +140,7 @@ class _Search:
         try:
             tube = first_tube(
                 setting, _slices(problem.path.breaks), float(spacing[0]),
-                self._given(cover, problem.start, 0.0), self._given(cover, self._end, 1.0), self.deadline,
+                self._given(cover, problem.start, 0.0), self._at_end(cover), self.deadline,
             )  # fmt: skip
             if tube.is_empty:
                 at = next(part.r for part in tube.slices if not len(part.cells))
@@ -226,6 +226,7 @@ class _Search:
         return Certificate(self.bound, argument, tuple(self.levels), tube)
 
     def _on_slabs(self, r: FloatArray) -> BestMotion | None:
+        """Return what a round wants to know of the best motion on slabs between r (k + 1,)."""
         from selfmotion.certificate.rounds import BestMotion
 
         if self.best is None:
@@ -279,17 +280,19 @@ class _Search:
         self.best, self.threshold = optimum, cost
         return True
 
-    @property
-    def _end(self) -> Posture | None:
-        """The end posture, as far as it is given: that of a motion that closes is its start's."""
-        return self.problem.start if self.problem.cyclic and self.problem.end is None else self.problem.end
+    def _at_end(self, cover: Cover) -> Cells | None:
+        """Return the cells of the end, if it is given: that of a motion that closes is its start's."""
+        problem = self.problem
+        if problem.cyclic and problem.end is None:
+            return self._given(cover, problem.start, 1.0, turned=problem.cyclic == "modulo")
+        return self._given(cover, problem.end, 1.0)
 
-    def _given(self, cover: Cover, posture: Posture | None, r: float) -> Cells | None:
-        """Return the cells that a given posture stands for: given by u, it may have any turns."""
+    def _given(self, cover: Cover, posture: Posture | None, r: float, turned: bool = False) -> Cells | None:
+        """Return the cells that a given posture stands for: given by u, or `turned`, it may have any turns."""
         if posture is None:
             return None
         if posture.q is not None:
-            return cover.points(posture.q[None], turned=r > 0.0 and self.problem.cyclic == "modulo")
+            return cover.points(posture.q[None], turned)
         arm, x = self.problem.arm, self.problem.path(r)
         if not all((np.abs(arm.derivative(x, posture.u, b)[0]) < _STEEP).all() for b in self.problem.elbow_branches):
             # At a singular posture u does not tell all joints: every posture near it is allowed.
