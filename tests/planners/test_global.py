@@ -8,6 +8,7 @@ import pytest
 
 import selfmotion as sm
 from selfmotion.angles import wrap
+from selfmotion.certificate.tube import Tube
 from selfmotion.errors import UndecidedError
 from selfmotion.planners.globally_optimal import _Search
 
@@ -120,6 +121,21 @@ def test_a_cyclic_motion_from_a_given_start_ends_there(cyclic):
     assert plan.gap <= 1e-4
     posture = sm.Problem(arm, given.path, start={"q": plan(0.0)}, end={"q": plan(1.0)})
     assert sm.plan(posture, sm.Global(gap=1e-4)).cost == pytest.approx(plan.cost, rel=1e-4)
+
+
+def test_what_cannot_be_halved_is_not(monkeypatch):
+    halved, halves = [], Tube.halves
+
+    def counted(tube, pull):
+        halved.append(len(tube.slices[0].cells))
+        return halves(tube, pull)
+
+    monkeypatch.setattr(Tube, "halves", counted)
+    monkeypatch.setattr("selfmotion.planners.globally_optimal._TIED", 1e-9)
+    arm = sm.PlanarArm([1, 1, 0.7], [None, (0, np.pi), None])
+    sm.plan(sm.Problem(arm, sm.Circle([1.2, 0.3], 0.5), cyclic="exact"), sm.Global(gap=1e-3, time_limit=2.0))
+    assert halved
+    assert min(halved) > 1
 
 
 def test_gaps_shrink_round_by_round():

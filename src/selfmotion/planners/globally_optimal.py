@@ -196,7 +196,8 @@ class _Search:
         tube = part.tube.closed()
         if tube.is_empty:
             return []
-        if self.best is None or tube.width <= _TIED * 0.5 ** len(self.levels):
+        narrow = tube.width <= _TIED * 0.5 ** len(self.levels) or len(tube.slices[0].cells) == 1
+        if self.best is None or narrow:
             part.tube = tube
             return [part]
         found = []
