@@ -19,6 +19,7 @@ from selfmotion.domain import DomainStructure, angle_domain, blocked_at, out_of_
 from selfmotion.errors import InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
 from selfmotion.paths import Path
+from selfmotion.quadrature import GAUSS, DyadicGauss, dyadic_gauss
 
 MAX_SAMPLES = 1_000_000
 # A posture given by its joints must have the tool on the path to this part of the reach.
@@ -28,6 +29,9 @@ ANGLE = 1e-6
 # A posture may stand on a limit up to rounding.
 _ON_LIMIT = 1e-9
 _LOOK_AT = 1000
+# Panels of a quadrature along a path, besides its breaks; nodes of all their halves together.
+_PANELS = 4
+_MOST_NODES = 5000
 
 
 @dataclass(frozen=True)
@@ -127,10 +131,36 @@ class Problem:
         given = None if self.start is None else self.start.branches
         return self.elbow_branches if given is None else list(given)
 
-    @property
+    @cached_property
     def grid(self) -> FloatArray:
         """The N sample parameters, shape (samples,)."""
-        return np.linspace(0.0, 1.0, self.samples)
+        return read_only(np.linspace(0.0, 1.0, self.samples))
+
+    @cached_property
+    def points(self) -> FloatArray:
+        """The path at the samples, shape (samples, 2)."""
+        return read_only(self.path(self.grid))
+
+    @cached_property
+    def quadrature(self) -> DyadicGauss:
+        """Where integrals along the path are taken: panels between its breaks, and their halves as often as is cheap."""
+        edges = self.path.grid(_PANELS)
+        pieces = _MOST_NODES / (GAUSS * (len(edges) - 1))
+        return dyadic_gauss(edges, max(1, int(np.log2(pieces + 1.0)) - 1))
+
+    @cached_property
+    def quadrature_points(self) -> tuple[FloatArray, FloatArray]:
+        """The path and its derivative at the nodes of :attr:`quadrature`, shape (k, 2) each."""
+        nodes = self.quadrature.nodes
+        return read_only(self.path(nodes)), read_only(self.path(nodes, 1))
+
+    @cached_property
+    def fastest(self) -> float:
+        """Bound on the speed |x'(r)| along the path, infinite if the path bounds it nowhere."""
+        try:
+            return self.path.fastest(0.0, 1.0)
+        except InvalidInputError:
+            return np.inf
 
     @property
     def rows(self) -> FloatArray:

@@ -42,7 +42,9 @@ _BLIND = 0.5 * (1.0 - _NODES[-1])  # part of a panel beyond its outermost node
 _GAUSS = np.zeros(15)
 _GAUSS[1::2] = _HALF_GAUSS[:-1] + _HALF_GAUSS[::-1]
 
-_GAUSS16_NODES, _GAUSS16_WEIGHTS = np.polynomial.legendre.leggauss(16)
+GAUSS = 16
+"""Nodes of the Gauss rule."""
+_GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(GAUSS)
 
 _MAX_ROUNDS = 60
 _MAX_PANELS = 40_000  # smooth integrands take tens; where this many do not help, rounding is all there is to find
@@ -125,8 +127,42 @@ def gauss_panels(function: Callable[[FloatArray], FloatArray], start: FloatArray
     array, shape (..., k)
     """
     half = 0.5 * (stop - start)
-    nodes = 0.5 * (start + stop)[:, None] + half[:, None] * _GAUSS16_NODES
-    return np.asarray(half * (function(nodes) @ _GAUSS16_WEIGHTS))
+    nodes = 0.5 * (start + stop)[:, None] + half[:, None] * _GAUSS_NODES
+    return np.asarray(half * (function(nodes) @ _GAUSS_WEIGHTS))
+
+
+class DyadicGauss(NamedTuple):
+    """The 16-point Gauss rule on panels, on all of their halves, on all of their quarters, and so on.
+
+    Attributes
+    ----------
+    nodes : array, shape (16 p (2^(depth + 1) − 1),)
+        Those of the p panels, then those of their halves, …, each in ascending order.
+    half : array, shape (p,)
+        Half the width of each panel.
+    depth : int
+        How often a panel is halved.
+    weights : array, shape (16,)
+        On [−1, 1].
+    """
+
+    nodes: FloatArray
+    half: FloatArray
+    depth: int
+    weights: FloatArray
+
+
+def dyadic_gauss(edges: FloatArray, depth: int) -> DyadicGauss:
+    """Return the rule on the panels between ascending `edges`, shape (p + 1,), halved up to `depth` times."""
+    nodes = []
+    ends = edges
+    for _ in range(depth + 1):
+        half = 0.5 * np.diff(ends)
+        nodes.append(((ends[:-1] + half)[:, None] + half[:, None] * _GAUSS_NODES).ravel())
+        finer = np.empty(2 * len(ends) - 1)
+        finer[::2], finer[1::2] = ends, ends[:-1] + half
+        ends = finer
+    return DyadicGauss(np.concatenate(nodes), 0.5 * np.diff(edges), depth, _GAUSS_WEIGHTS)
 
 
 def panel_of(edges: FloatArray, t: FloatArray) -> IntArray:

@@ -97,6 +97,10 @@ class PlanarArm:
         """Sum of the link lengths."""
         return float(self.links.sum())
 
+    def sign(self, branch: int | str) -> float:
+        """Return the sign of sin θ2 on a branch."""
+        return _SIGNS[branch_index(self.branches, branch)]
+
     @property
     def annulus(self) -> tuple[FloatArray, float, float]:
         """Centre, inner and outer radius of what the tool can reach when no joint is limited."""
@@ -212,7 +216,7 @@ class PlanarArm:
     def solve_with_margin(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, FloatArray]:
         """Like :meth:`solve`, with the signed distance to the limit of reach instead of a verdict."""
         points, directions = self._arrays(x, u)
-        return planar_ik(self.links, points, directions, _SIGNS[branch_index(self.branches, branch)])
+        return planar_ik(self.links, points, directions, self.sign(branch))
 
     def reach_margin(self, x: ArrayLike, u: ArrayLike) -> FloatArray:
         """Return the signed distance of ``|w|`` to ``[|l1 − l2|, l1 + l2]``, shape (...); negative out of reach."""
@@ -240,7 +244,7 @@ class PlanarArm:
         points, directions = self._arrays(x, u)
         speeds, turning = self._arrays(dx, du, ("dx", "du"), last=0.0)
         return planar_rates(
-            self.links, points, speeds, directions, turning, _SIGNS[branch_index(self.branches, branch)]
+            self.links, points, speeds, directions, turning, self.sign(branch)
         )
 
     def derivative(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, FloatArray]:
@@ -334,7 +338,7 @@ class PlanarArm:
 
     def is_on_branch(self, q: ArrayLike, branch: int | str, tolerance: float) -> BoolArray:
         """Return whether postures (..., n) are on a branch, or within `tolerance` of its fold in sin θ2."""
-        sign = _SIGNS[branch_index(self.branches, branch)]
+        sign = self.sign(branch)
         return np.asarray(sign * np.sin(self._joints(q)[..., 1]) >= -tolerance)
 
     def boxes(self, elbow: str = "any", around: ArrayLike | None = None) -> list[JointBox]:
@@ -356,7 +360,7 @@ class PlanarArm:
         if elbow == "any":
             return [whole]
         low, high = whole.lower[1], whole.upper[1]
-        middle = 0.5 * np.pi * _SIGNS[branch_index(self.branches, elbow)]
+        middle = 0.5 * np.pi * self.sign(elbow)
         angle = 0.0 if around is None else float(self._joints(around)[1])
         nearest = np.rint((np.clip(angle, low, high) - middle) / TAU)
         count = 1 if np.isinf([low, high]).all() else _MOST_HALF_TURNS

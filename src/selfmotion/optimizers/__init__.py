@@ -10,6 +10,7 @@ from selfmotion.optimizers.base import (
     INFEASIBLE,
     AskTell,
     History,
+    Judged,
     Optimizer,
     Progress,
     Result,
@@ -21,6 +22,7 @@ from selfmotion.optimizers.ga import GA
 from selfmotion.optimizers.gwo import GWO
 from selfmotion.optimizers.pso import PSO
 from selfmotion.optimizers.random_search import RandomSearch
+from selfmotion.optimizers.swarm import RunsSwarms, Swarm, SwarmState
 
 OPTIMIZERS: dict[str, type[Optimizer]] = {
     optimizer.kind: optimizer for optimizer in (GA, PSO, GWO, RandomSearch, DifferentialEvolution, CMAES)
@@ -37,10 +39,14 @@ __all__ = [
     "AskTell",
     "DifferentialEvolution",
     "History",
+    "Judged",
     "Optimizer",
     "Progress",
     "RandomSearch",
     "Result",
+    "RunsSwarms",
+    "Swarm",
+    "SwarmState",
     "counting",
     "penalised",
     "violation_of",

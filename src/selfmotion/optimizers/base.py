@@ -11,12 +11,12 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
 from selfmotion._checks import finite_array, integer
-from selfmotion._types import Box, FloatArray
+from selfmotion._types import BoolArray, Box, FloatArray
 from selfmotion.errors import InvalidInputError
 
 BatchFunction = Callable[[FloatArray], FloatArray]
@@ -58,7 +58,8 @@ class History:
     best : list of float
         Best cost so far; NaN while nothing feasible was met.
     mean : list of float
-        Mean cost of the generation's feasible candidates; NaN without any.
+        Mean value of the generation's feasible candidates; NaN without any. Where values of candidates that did not
+        matter are lower bounds (`Judged`), so is this.
     feasible : list of int
         Number of feasible candidates in the generation.
     evaluations : list of int
@@ -74,6 +75,23 @@ class History:
     time_s: list[float] = field(default_factory=list)
 
 
+class Judged(NamedTuple):
+    """Candidates with their values.
+
+    Attributes
+    ----------
+    population : array, shape (..., p, d)
+    values : array, shape (..., p)
+    exact : array of bool, shape (..., p)
+        Whether a value is that of the function. If not, it is a lower bound on it, above what could have changed the
+        search.
+    """
+
+    population: FloatArray
+    values: FloatArray
+    exact: BoolArray
+
+
 @dataclass(frozen=True)
 class Result:
     """Outcome of a minimisation.
@@ -85,15 +103,24 @@ class Result:
     value : float
         Its value; from `INFEASIBLE` on nothing feasible was met.
     history : History
-    population, values : arrays, shape (evaluations, d) and (evaluations,)
+    judged : Judged
         Every candidate that was judged, in order.
     """
 
     x: FloatArray
     value: float
     history: History
-    population: FloatArray
-    values: FloatArray
+    judged: Judged
+
+    @property
+    def population(self) -> FloatArray:
+        """Every candidate, shape (evaluations, d)."""
+        return self.judged.population
+
+    @property
+    def values(self) -> FloatArray:
+        """Their values, shape (evaluations,); see `Judged`."""
+        return self.judged.values
 
     @property
     def evaluations(self) -> int:
@@ -102,46 +129,66 @@ class Result:
 
 
 class Recorder:
-    """The objective as optimizers see it: evaluates whole generations and keeps the books."""
+    """The objective as optimizers see it: evaluates whole generations and keeps the books.
+
+    Attributes
+    ----------
+    function : callable
+        What is minimised.
+    is_watched : bool
+        Whether somebody wants to hear of progress.
+    """
 
     def __init__(self, function: BatchFunction, generations: int, progress: Progress | None = None) -> None:
-        self._function = function
+        self.function = function
+        self.is_watched = progress is not None
         self._generations = generations
         self._progress = progress
-        self._began = time.perf_counter()
+        self._began = self._told = time.perf_counter()
         self.history = History()
-        self.candidates: list[FloatArray] = []
-        self.values: list[FloatArray] = []
-        self.best_x: FloatArray | None = None
-        self.best_value = np.inf
+        self._judged: list[Judged] = []
+        self._best_x: FloatArray | None = None
+        self._best_value = np.inf
 
     def __call__(self, population: FloatArray) -> FloatArray:
         """Evaluate a population, shape (p, d); NaN counts as the worst possible value."""
         candidates = np.array(population, dtype=float)
-        values = np.asarray(self._function(candidates), dtype=float)
+        values = np.asarray(self.function(candidates), dtype=float)
         values = np.where(np.isnan(values), INFEASIBLE * _WORST, values)
-        least = int(np.argmin(values))
-        if self.best_x is None or values[least] < self.best_value:
-            self.best_x, self.best_value = candidates[least], float(values[least])
-        feasible = values < INFEASIBLE
-        history, done = self.history, len(self.values) + 1
-        history.best.append(self.best_value if self.best_value < INFEASIBLE else np.nan)
-        history.mean.append(float(values[feasible].mean()) if feasible.any() else np.nan)
-        history.feasible.append(int(feasible.sum()))
-        history.evaluations.append(len(values) + (history.evaluations[-1] if done > 1 else 0))
-        history.time_s.append(time.perf_counter() - self._began)
-        self.candidates.append(candidates)
-        self.values.append(values)
-        if self._progress is not None:
-            self._progress(done, self._generations, history.best[-1])
+        self.book(Judged(candidates[None], values[None], np.ones((1, len(values)), dtype=bool)))
         return values
+
+    def book(self, judged: Judged) -> None:
+        """Take down generations that were judged, shapes (g, p, …); their time is shared among them evenly."""
+        population, values, _ = judged
+        least = np.unravel_index(int(np.argmin(values)), values.shape)
+        before = self._best_value
+        if self._best_x is None or values[least] < before:
+            self._best_x, self._best_value = population[least], float(values[least])
+        best = np.minimum(np.minimum.accumulate(values.min(axis=1)), before)
+        feasible = values < INFEASIBLE
+        counts = feasible.sum(axis=1)
+        with np.errstate(invalid="ignore"):
+            means = np.where(feasible, values, 0.0).sum(axis=1) / counts
+        now, history = time.perf_counter(), self.history
+        told = self._told - self._began + (now - self._told) * np.arange(1, len(values) + 1) / len(values)
+        done = history.evaluations[-1] if history.evaluations else 0
+        history.best += np.where(best < INFEASIBLE, best, np.nan).tolist()
+        history.mean += means.tolist()
+        history.feasible += counts.tolist()
+        history.evaluations += (done + values.shape[1] * np.arange(1, len(values) + 1)).tolist()
+        history.time_s += told.tolist()
+        self._told = now
+        self._judged.append(judged)
+        if self._progress is not None:
+            self._progress(len(history.best), self._generations, history.best[-1])
 
     def result(self) -> Result:
         """Return the outcome so far."""
-        assert self.best_x is not None
-        return Result(
-            self.best_x, self.best_value, self.history, np.vstack(self.candidates), np.concatenate(self.values)
-        )
+        assert self._best_x is not None
+        flat = [Judged(x.reshape(-1, x.shape[-1]), values.ravel(), exact.ravel()) for x, values, exact in self._judged]
+        population, values, exact = (np.concatenate(part) for part in zip(*flat, strict=True))
+        return Result(self._best_x, self._best_value, self.history, Judged(population, values, exact))
 
 
 class Optimizer(ABC):

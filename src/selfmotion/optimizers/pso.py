@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
 from selfmotion._checks import choice
 from selfmotion._types import Box, FloatArray
-from selfmotion.optimizers.base import DEFAULT_BOUNDS, EVALUATE, AskTell, State, uniform
+from selfmotion.optimizers.base import DEFAULT_BOUNDS, EVALUATE
+from selfmotion.optimizers.swarm import Swarm
 
 # (χ, ω, φ1, φ2) of (23). The seed's φ = 3 has no real χ: it runs undamped.
 _VARIANTS = {
@@ -18,14 +18,7 @@ _VARIANTS = {
 }
 
 
-@dataclass
-class _State(State):
-    v: FloatArray
-    p: FloatArray  # each particle's best position
-    p_value: FloatArray
-
-
-class PSO(AskTell):
+class PSO(Swarm):
     """Particle swarm, equation (23): ``v ← χ(ωv + φ1 β1 (p − x) + φ2 β2 (g − x))``, ``x ← x + v``.
 
     Parameters
@@ -46,6 +39,8 @@ class PSO(AskTell):
     """
 
     kind = "pso"
+    code = 0
+    draws_per_variable = 2
     steps = (
         "start: x uniform in the box, v = 0",
         EVALUATE,
@@ -72,20 +67,10 @@ class PSO(AskTell):
         """Return what a reader must know to repeat the run."""
         return {**super().settings(), "variant": self.variant, "walls": self.walls}
 
-    def start(self, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> _State:
-        """Return uniform positions at rest."""
-        x = uniform(rng, lower, upper, self.population)
-        return _State(lower, upper, rng, x, np.zeros_like(x), x.copy(), np.full(len(x), np.inf))
+    def remembering(self) -> int:
+        """Return how many positions the swarm remembers: each particle its best."""
+        return self.population
 
-    def tell(self, state: _State, values: FloatArray) -> None:
-        """Update the bests, then velocities and positions."""
-        better = values < state.p_value
-        state.p[better], state.p_value[better] = state.x[better], values[better]
-        g = state.p[np.argmin(state.p_value)]
-        chi, omega, phi1, phi2 = _VARIANTS[self.variant]
-        beta1, beta2 = state.rng.random((2, *state.x.shape))
-        state.v = chi * (omega * state.v + phi1 * beta1 * (state.p - state.x) + phi2 * beta2 * (g - state.x))
-        moved = state.x + state.v
-        state.x = np.clip(moved, state.lower, state.upper)
-        if self.walls == "absorb":
-            state.v = np.where(state.x == moved, state.v, 0.0)
+    def constants(self) -> FloatArray:
+        """Return χ, ω, φ1, φ2, and whether walls absorb."""
+        return np.array([*_VARIANTS[self.variant], self.walls == "absorb"], dtype=float)

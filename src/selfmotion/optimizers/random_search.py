@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from selfmotion._types import FloatArray
-from selfmotion.optimizers.base import EVALUATE, AskTell, State, uniform
+from selfmotion.optimizers.base import EVALUATE
+from selfmotion.optimizers.swarm import Swarm
 
 
-class RandomSearch(AskTell):
+class RandomSearch(Swarm):
     """Independent uniform samples of the box.
 
     Parameters
@@ -16,12 +16,14 @@ class RandomSearch(AskTell):
     """
 
     kind = "random"
+    code = 2
+    draws_per_variable = 1
     steps = (
         "start: x uniform in the box",
         EVALUATE,
         "forget the values; x uniform in the box again",
     )
 
-    def tell(self, state: State, values: FloatArray) -> None:
-        """Forget the values and draw again."""
-        state.x = uniform(state.rng, state.lower, state.upper, self.population)
+    def remembering(self) -> int:
+        """Return how many positions are remembered: the best."""
+        return 1

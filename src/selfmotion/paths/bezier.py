@@ -66,11 +66,10 @@ class Bezier(Path):
         for _ in range(order):
             degree = len(points) - 1
             points = degree * np.diff(points, axis=0) if degree > 0 else np.zeros((1, 2))
-        layer = np.repeat(points[:, None, :], len(r), axis=1)
-        t = r[:, None]
+        layer = np.repeat(points[:, :, None], len(r), axis=2)  # r last: long loops
         while len(layer) > 1:
-            layer = (1 - t) * layer[:-1] + t * layer[1:]
-        return layer[0]
+            layer = (1 - r) * layer[:-1] + r * layer[1:]
+        return np.ascontiguousarray(layer[0].T)
 
     def _fastest(self, low: float, high: float) -> float:
         """Bound the speed by the control points of the derivative, a Bezier curve itself, cut down to the part."""

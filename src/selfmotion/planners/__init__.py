@@ -13,7 +13,8 @@ from selfmotion.planners.distance import Distance, distance_from_optimum
 from selfmotion.planners.globally_optimal import Global
 from selfmotion.planners.modules import Modules
 from selfmotion.planners.moving_base import MovingBase
-from selfmotion.planners.parametric import Candidates, Parametric, Sinusoid
+from selfmotion.planners.candidates import Candidates, PlanarCandidates
+from selfmotion.planners.parametric import Parametric, Sinusoid
 from selfmotion.planners.refine import Refine
 from selfmotion.planners.series import BSpline, Harmonics
 from selfmotion.plans import Plan
@@ -65,6 +66,7 @@ __all__ = [
     "Modules",
     "MovingBase",
     "Parametric",
+    "PlanarCandidates",
     "Plan",
     "Planner",
     "Refine",

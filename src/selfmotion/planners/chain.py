@@ -14,7 +14,7 @@ from selfmotion.domain import blocked_stretches
 from selfmotion.errors import Blocked, InfeasibleError, InvalidInputError
 from selfmotion.motion import Motion
 from selfmotion.paths import Path, Relative
-from selfmotion.planners.parametric import outside
+from selfmotion.planners.candidates import outside
 from selfmotion.problem import Problem
 
 _SHOWN = 3  # blocked stretches that a message names

@@ -14,7 +14,7 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.optimizers import penalised
 from selfmotion.paths import Path
 from selfmotion.planners.chain import module_arms, splittable, true_joints
-from selfmotion.planners.parametric import in_blocks
+from selfmotion.planners.candidates import in_blocks
 from selfmotion.problem import Problem
 
 PLACES = 200

@@ -3,65 +3,25 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import numpy as np
 
 from selfmotion._checks import angles, choice
 from selfmotion._types import FloatArray, Vector
-from selfmotion.arms import JointLimits
 from selfmotion.errors import InvalidInputError, NothingFeasibleError
 from selfmotion.motion import Motion
-from selfmotion.optimizers import Optimizer, Progress, counting, penalised
+from selfmotion.optimizers import Optimizer, Progress, counting
 from selfmotion.paths import Path
 from selfmotion.planners.base import SearchingPlanner
-from selfmotion.planners.chain import Chain, refuse_what_modules_cannot_keep, true_joints
-from selfmotion.planners.parametric import Candidates, Sinusoid
+from selfmotion.planners.candidates import RANKINGS, Candidates, Carrier, Ranking, candidates_of
+from selfmotion.planners.chain import Chain, refuse_what_modules_cannot_keep
+from selfmotion.planners.parametric import Sinusoid
 from selfmotion.plans import Plan
 from selfmotion.problem import Problem
 from selfmotion.profiles import Profile
 from selfmotion.verification import verify_motion
-
-
-class ModuleCandidates(Candidates):
-    """What a population of coefficient vectors costs in a module that another one carries.
-
-    Parameters
-    ----------
-    problem : Problem
-        Of the module.
-    profile : Profile
-    branch : int
-    limits : JointLimits
-        Of the module's true joints.
-    behind : callable
-        Direction of the link that carries the module at r (k,), shape (k,) [rad].
-    absolute : bool
-        Whether the cost counts the first joint as an absolute angle.
-    """
-
-    def __init__(
-        self,
-        problem: Problem,
-        profile: Profile,
-        branch: int,
-        limits: JointLimits,
-        behind: Callable[[FloatArray], FloatArray],
-        absolute: bool,
-    ) -> None:
-        super().__init__(problem, profile, branch)
-        self._limits = limits
-        self._behind = behind(self.r)
-        self._absolute = absolute
-
-    def block(self, population: FloatArray) -> FloatArray:
-        """Return the values of as many candidates as are judged at once, in true joints."""
-        u = self.profile(population, self.r)
-        q, violation = true_joints(self.problem.arm, self._limits, self.x, u, self.branch, self._behind)
-        if self._absolute:
-            q[..., 0] += self._behind
-        return penalised(self.problem.objective.sampled(q, self.r, self.problem.weights), violation)
 
 
 class _Module(Sinusoid):
@@ -76,8 +36,9 @@ class _Module(Sinusoid):
         before: list[Motion],
         branches: list[int],
         absolute: bool,
+        ranking: Ranking,
     ) -> None:
-        super().__init__([offset], amplitude=[amplitude], optimizer=optimizer)
+        super().__init__([offset], amplitude=[amplitude], optimizer=optimizer, ranking=ranking)
         self._chain = chain
         self._before = before
         self._branches = branches
@@ -85,13 +46,11 @@ class _Module(Sinusoid):
 
     def candidates_for(self, problem: Problem, profile: Profile, branch: int) -> Candidates:
         """Return what judges a population on one branch."""
-        i = len(self._before)
-        if i == 0:
+        if not self._before:
             return super().candidates_for(problem, profile, branch)
-        carrier = self._before[-1]
-        return ModuleCandidates(
-            problem, profile, branch, self._chain.limits[i], lambda r: carrier.u(r)[:, 0], self._absolute
-        )
+        before, limits = self._before[-1], self._chain.limits[len(self._before)]
+        carrier = Carrier(limits, lambda r, order: before.u(r, order)[:, 0], self._absolute)
+        return candidates_of(problem, profile, branch, self.ranking, carrier)
 
     def starting_branches(self, problem: Problem, profile: Profile) -> list[int]:
         """Return those on which the module may start with the limits of its true first joint."""
@@ -120,6 +79,8 @@ class Modules(SearchingPlanner):
     first_joints : {"relative", "absolute"}
         How the first joint of modules 2, 3, … counts in the cost of a module: as the true joint, or as an absolute
         angle, as in the paper's Fig. 17.
+    ranking : {"integral", "samples"}
+        What candidates are ranked by, the integral or the seed's chord sum over the problem's samples.
 
     Raises
     ------
@@ -151,6 +112,7 @@ class Modules(SearchingPlanner):
         amplitude: Vector,
         optimizer: Optimizer,
         first_joints: Literal["relative", "absolute"] = "relative",
+        ranking: Ranking = "integral",
     ) -> None:
         if not isinstance(moving_bases, list | tuple) or not all(isinstance(base, Path) for base in moving_bases):
             raise InvalidInputError("moving_bases", "is not a list of paths", "give one path per module but the last")
@@ -163,6 +125,7 @@ class Modules(SearchingPlanner):
             reason = f"is zero for module {module}: no frequency changes its curve"
             raise InvalidInputError("amplitude", reason, "give one that is not", amplitude)
         self.first_joints = choice("first_joints", first_joints, ("relative", "absolute"))
+        self.ranking = choice("ranking", ranking, RANKINGS)
 
     def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
         """Plan a motion; see :meth:`Planner.plan`.
@@ -220,6 +183,7 @@ class Modules(SearchingPlanner):
             list(before),
             branches,
             self.first_joints == "absolute",
+            self.ranking,
         )
         try:
             return planner.plan(module, progress)

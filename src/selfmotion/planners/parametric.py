@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import heapq
+import itertools
 import time
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Iterator
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from selfmotion._checks import finite_array
+from selfmotion._checks import choice, finite_array
 from selfmotion._types import FloatArray, Vector
 from selfmotion.angles import wrap
 from selfmotion.domain import blocked_stretches
 from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError
 from selfmotion.motion import Motion
-from selfmotion.optimizers import INFEASIBLE, Optimizer, Progress, Result, counting, penalised, violation_of
+from selfmotion.optimizers import INFEASIBLE, Optimizer, Progress, Result, counting, violation_of
 from selfmotion.planners.base import SearchingPlanner
+from selfmotion.planners.candidates import RANKINGS, Candidates, Ranking, candidates_of
 from selfmotion.plans import Plan
 from selfmotion.problem import Problem
 from selfmotion.profiles import Profile, SinusoidProfile
@@ -28,94 +31,43 @@ MOST_CHECKS = 200
 """Candidates that hold at the samples but not between them are passed over, at most this many."""
 # The same per smooth piece of the path.
 _SAMPLES_PER_PIECE = 4
-# Candidates are evaluated in blocks of about this many joint angles: what stays in the processor's cache.
-_BLOCK = 16_000
-# A candidate is inside the domain if it leaves it by rounding only: radians, or parts of the reach.
-_ROUNDING = 1e-12
 # An offset and a start that differ by less are the same [rad].
 _SAME = 1e-9
 
 
-class Candidates:
-    """The seed's objective on one branch: what a population of coefficient vectors costs.
-
-    Parameters
-    ----------
-    problem : Problem
-    profile : Profile
-    branch : int
-
-    Attributes
-    ----------
-    r : array, shape (k,)
-        The samples.
-    x : array, shape (k, 2)
-        The path there.
-    """
-
-    def __init__(self, problem: Problem, profile: Profile, branch: int) -> None:
-        self.problem = problem
-        self.profile = profile
-        self.branch = branch
-        self.r = problem.grid
-        self.x = problem.path(self.r)
-        self._start = None if problem.start is None else problem.start.q
-
-    def __call__(self, population: FloatArray) -> FloatArray:
-        """Return the values of a population, shape (p, d), as the optimizers rank them.
-
-        The value of a feasible candidate is its chord sum over the samples. One that leaves the angle domain is ranked,
-        after all feasible ones, by how far it leaves: by the largest shortfall of reach (in parts of the reach) plus
-        each joint's largest overrun of its limits [rad].
-        """
-        return in_blocks(self.block, population, len(self.r) * self.problem.arm.n)
-
-    def block(self, population: FloatArray) -> FloatArray:
-        """Return the same for as many candidates as are judged at once; what judges otherwise overrides this."""
-        arm = self.problem.arm
-        q, margin = arm.solve_with_margin(self.x, self.profile(population, self.r), self.branch)
-        lifted = arm.limits.lift(q, self._start)
-        cost = self.problem.objective.sampled(lifted.q, self.r, self.problem.weights)
-        return penalised(cost, outside(margin / arm.reach, lifted.excess))
-
-
-def in_blocks(judge: Callable[[FloatArray], FloatArray], population: FloatArray, angles: int) -> FloatArray:
-    """Return the values of a population, shape (p, d), judged in blocks that stay in the processor's cache.
-
-    Parameters
-    ----------
-    judge : callable
-        Maps a block, shape (b, d), to values, shape (b,).
-    population : array, shape (p, d)
-    angles : int
-        Number of joint angles of one candidate.
-    """
-    rows = max(1, _BLOCK // angles)
-    return np.concatenate([judge(population[k : k + rows]) for k in range(0, len(population), rows)])
-
-
-def outside(margin: FloatArray, excess: FloatArray) -> FloatArray:
-    """Return how far sampled motions leave the angle domain, shape (p,), zero inside.
-
-    Parameters
-    ----------
-    margin : array, shape (p, k)
-        Signed distance to the limit of reach, in parts of the reach.
-    excess : array, shape (p, n)
-        Overrun of each joint [rad].
-    """
-    short = np.maximum(-margin.min(axis=1), 0.0)
-    violation = np.where(short > _ROUNDING, short, 0.0)
-    violation += np.where(excess > _ROUNDING, excess, 0.0).sum(axis=1)
-    return violation
-
-
 class _Found(NamedTuple):
-    """One judged candidate."""
+    """One judged candidate; they sort by value, then by branch and the order in which they were met."""
 
     value: float
     branch: int
+    number: int
     a: FloatArray
+
+
+class _Search(NamedTuple):
+    """The search on one branch."""
+
+    branch: int
+    candidates: Candidates
+    result: Result
+
+    def ascending(self) -> Iterator[_Found]:
+        """Yield the feasible candidates, the cheapest first; what is known by a lower bound only is judged when due."""
+        population, values, exact = self.result.judged
+        due: list[_Found] = []
+        for k in np.argsort(values, kind="stable"):
+            if values[k] >= INFEASIBLE:
+                break
+            while due and due[0].value <= values[k]:
+                yield heapq.heappop(due)
+            value = float(values[k]) if exact[k] else float(self.candidates(population[k : k + 1])[0])
+            found = _Found(value, self.branch, int(k), population[k])
+            if exact[k]:
+                yield found
+            elif value < INFEASIBLE:
+                heapq.heappush(due, found)
+        while due:
+            yield heapq.heappop(due)
 
 
 class Parametric(SearchingPlanner):
@@ -124,6 +76,9 @@ class Parametric(SearchingPlanner):
     Parameters
     ----------
     optimizer : Optimizer
+    ranking : {"integral", "samples"}
+        What candidates are ranked by: the objective as an integral, as accurately as their rank needs, or as the seed's
+        chord sum over the problem's samples.
 
     Attributes
     ----------
@@ -135,12 +90,16 @@ class Parametric(SearchingPlanner):
     Notes
     -----
     Every branch that the problem allows, and on which the profile's start is feasible, is searched with the
-    optimizer's whole budget. The optimizer sees the chord sum over the problem's samples, as the seed's does;
-    the best candidate that also holds *between* the samples becomes the plan.
+    optimizer's whole budget. A candidate is feasible if it is at the problem's samples; the best one that also holds
+    *between* them becomes the plan. Candidates of arms that are not planar are ranked by their chord sum in any case.
     """
 
     vectors: ClassVar[tuple[str, ...]] = ("offset",)
     slower: ClassVar[str] = "lower planner.optimizer.bounds"
+
+    def __init__(self, optimizer: Optimizer, ranking: Ranking = "integral") -> None:
+        super().__init__(optimizer)
+        self.ranking = choice("ranking", ranking, RANKINGS)
 
     @abstractmethod
     def profile_for(self, problem: Problem) -> Profile:
@@ -152,7 +111,7 @@ class Parametric(SearchingPlanner):
 
     def candidates_for(self, problem: Problem, profile: Profile, branch: int) -> Candidates:
         """Return what judges a population on one branch."""
-        return Candidates(problem, profile, branch)
+        return candidates_of(problem, profile, branch, self.ranking)
 
     def starting_branches(self, problem: Problem, profile: Profile) -> list[int]:
         """Return the branches to search: those that the problem allows and on which the profile's start is feasible.
@@ -190,23 +149,21 @@ class Parametric(SearchingPlanner):
         if blocked:
             raise InfeasibleError(blocked)
         branches = self.starting_branches(problem, profile)
-        results = {
-            branch: optimizer.minimize(
-                self.candidates_for(problem, profile, branch),
-                len(profile.parameter_names),
-                counting(progress, k * optimizer.iterations, len(branches) * optimizer.iterations),
-            )
-            for k, branch in enumerate(branches)
-        }
-        evaluations = sum(result.evaluations for result in results.values())
-        best, motion = self._first_that_holds(problem, profile, results, evaluations)
+        searches = []
+        for k, branch in enumerate(branches):
+            counted = counting(progress, k * optimizer.iterations, len(branches) * optimizer.iterations)
+            candidates = self.candidates_for(problem, profile, branch)
+            result = optimizer.minimize(candidates, len(profile.parameter_names), counted)
+            searches.append(_Search(branch, candidates, result))
+        evaluations = sum(search.result.evaluations for search in searches)
+        best, motion = self._first_that_holds(problem, profile, searches, evaluations)
         parameters: dict[str, Any] = {
             **{name: float(v) for name, v in zip(profile.parameter_names, best.a, strict=True)},
             "elbow": problem.arm.branches[best.branch],
             **profile.settings(),
             "optimizer": {"kind": optimizer.kind, **optimizer.settings()},
         }
-        history = tuple(results[branch].history for branch in branches)
+        history = tuple(search.result.history for search in searches)
         return Plan(problem, motion, self.kind, parameters, evaluations, time.perf_counter() - began, history)
 
     def _check_lengths(self, problem: Problem) -> None:
@@ -256,26 +213,14 @@ class Parametric(SearchingPlanner):
             raise InvalidInputError("samples", reason, f"give at least {pieces}", problem.samples)
 
     def _first_that_holds(
-        self, problem: Problem, profile: Profile, results: dict[int, Result], evaluations: int
+        self, problem: Problem, profile: Profile, searches: list[_Search], evaluations: int
     ) -> tuple[_Found, Motion]:
         """Return the cheapest candidate whose motion holds between the samples too."""
-        found = [
-            _Found(float(value), branch, a)
-            for branch, result in results.items()
-            for value, a in zip(result.values, result.population, strict=True)
-            if value < INFEASIBLE
-        ]
-        if not found:
-            least = violation_of(min(result.value for result in results.values()))
-            raise NothingFeasibleError(
-                f"none of {evaluations} candidates stays inside the angle domain; the best leaves it by {least:.3g}",
-                "try another offset, a smaller amplitude or span, or other bounds",
-                evaluations,
-                least,
-            )
-        found.sort(key=lambda candidate: candidate.value)
         start = None if problem.start is None else problem.start.q
-        for candidate in found[:MOST_CHECKS]:
+        ranked = heapq.merge(*(search.ascending() for search in searches), key=lambda found: found[:3])
+        checked = 0
+        for candidate in itertools.islice(ranked, MOST_CHECKS):
+            checked += 1
             a = candidate.a
 
             def curve(r: FloatArray, order: int, a: FloatArray = a) -> FloatArray:
@@ -285,12 +230,19 @@ class Parametric(SearchingPlanner):
             motion = Motion(problem.arm, problem.path, curve, candidate.branch, nodes, start)
             if self.holds(problem, motion):
                 return candidate, motion
+        if checked:
+            raise NothingFeasibleError(
+                f"of {evaluations} candidates some hold at the samples, but the best {checked} break between them",
+                "give more samples",
+                evaluations,
+                0.0,
+            )
+        least = violation_of(min(search.result.value for search in searches))
         raise NothingFeasibleError(
-            f"{len(found)} of {evaluations} candidates hold at the samples, but the best "
-            f"{min(len(found), MOST_CHECKS)} break between them",
-            "give more samples",
+            f"none of {evaluations} candidates stays inside the angle domain; the best leaves it by {least:.3g}",
+            "try another offset, a smaller amplitude or span, or other bounds",
             evaluations,
-            0.0,
+            least,
         )
 
 
@@ -305,6 +257,8 @@ class Sinusoid(Parametric):
         A [rad].
     optimizer : Optimizer
         Searches the frequency f of each component.
+    ranking : {"integral", "samples"}
+        What candidates are ranked by, the integral or the seed's chord sum over the problem's samples.
 
     Raises
     ------
@@ -315,8 +269,15 @@ class Sinusoid(Parametric):
     kind = "sinusoid"
     vectors = ("offset", "amplitude")
 
-    def __init__(self, offset: Vector | None = None, *, amplitude: Vector, optimizer: Optimizer) -> None:
-        super().__init__(optimizer)
+    def __init__(
+        self,
+        offset: Vector | None = None,
+        *,
+        amplitude: Vector,
+        optimizer: Optimizer,
+        ranking: Ranking = "integral",
+    ) -> None:
+        super().__init__(optimizer, ranking)
         self.amplitude = finite_array("amplitude", amplitude, 1)
         self.offset = None if offset is None else SinusoidProfile(offset, self.amplitude).offset
 

@@ -1,0 +1,33 @@
+"""How far one joint of a sampled motion leaves its limits, whole turns being free, as :class:`.limits.JointLimits`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from selfmotion._compiled import fast_kernel
+from selfmotion._elementary_kernels import wrapped
+
+_TAU = 2.0 * np.pi
+
+
+@fast_kernel
+def overrun(angles, k, lower, upper, start):  # type: ignore[no-untyped-def]
+    """Return by how much a joint's samples (k,), modulo 2π, leave [lower, upper] once they are made continuous.
+
+    The turns are those of `start`, the joint's angle at the first sample; if it is NaN, the ones that leave least.
+    """
+    first = wrapped(angles[0])
+    here = low = high = first
+    for i in range(1, k):
+        step = angles[i] - here
+        here = angles[i] - _TAU * np.rint(step / _TAU)
+        low = here if here < low else low
+        high = here if here > high else high
+    if np.isnan(start):
+        least, most = np.ceil((lower - low) / _TAU), np.floor((upper - high) / _TAU)
+        if least <= most:
+            return 0.0
+        turns = np.rint((lower + upper - low - high) / (2.0 * _TAU))
+    else:
+        turns = np.rint((start - first) / _TAU)
+    return max(lower - (low + _TAU * turns), 0.0) + max(high + _TAU * turns - upper, 0.0)

@@ -1,0 +1,153 @@
+"""Planar inverse kinematics for many samples of one motion, a SIMD loop per step.
+
+The formulas are those of :mod:`selfmotion.arms._kernels`, which stays the oracle in plain numpy. What is computed stands
+on a *sheet*, one array whose rows are contiguous: only those are loaded as vectors, and one array is passed on faster
+than ten. A motion of n links has the rows that :func:`row_of` names; loops run along the first k columns. Angles are
+left as they come, modulo 2π.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from selfmotion._compiled import fast_kernel
+from selfmotion._elementary_kernels import arctan2, sincos
+
+WX, WY, MARGIN, U = 0, 1, 2, 3
+"""Rows of a sheet: the target of the first two links; their margin, or what else is wanted of one number per sample; and
+from U on the n − 2 directions u, then as many rows du/dr, then the n joints or their rates."""
+
+
+@fast_kernel
+def turns_row(n):  # type: ignore[no-untyped-def]
+    """Return the first row of du/dr."""
+    return U + n - 2
+
+
+@fast_kernel
+def joints_row(n):  # type: ignore[no-untyped-def]
+    """Return the first row of the joints, or of their rates."""
+    return U + 2 * (n - 2)
+
+
+@fast_kernel
+def blank_sheet(n, length):  # type: ignore[no-untyped-def]
+    """Return a sheet for n links and up to `length` samples, with a column to spare."""
+    return np.empty((joints_row(n) + n, length + 1))
+
+
+@fast_kernel
+def postures(links, sign, x, y, k, sheet):  # type: ignore[no-untyped-def]
+    """Fill the joints and what :func:`margins` does, for tool positions x and y (k,) and the directions u.
+
+    With ``s² = (l1 + l2)² − |w|²`` and ``c² = |w|² − (l1 − l2)²``, whose sum is 4 l1 l2, θ2 is the angle of
+    (c² − s², ±2 s c): a root less than two arctangents of s and c take, and as accurate. What is meant by the angles of
+    a posture out of reach is left open.
+    """
+    n = len(links)
+    joints = joints_row(n)
+    margin, first, second, third = sheet[MARGIN], sheet[joints], sheet[joints + 1], sheet[joints + 2]
+    wx, wy, towards = sheet[WX], sheet[WY], sheet[U]
+    _targets(links, x, y, k, sheet)
+    l1, l2 = links[0], links[1]
+    outer, inner, quarter = (l1 + l2) ** 2, (l1 - l2) ** 2, 0.25 / l1
+    for i in range(k):
+        dd = wx[i] * wx[i] + wy[i] * wy[i]
+        ss, cc = outer - dd, dd - inner
+        margin[i] = ss if ss < cc else cc
+        sine, cosine = 2.0 * sign * np.sqrt(max(ss * cc, 0.0)), cc - ss
+        along, across = l1 + quarter * cosine, quarter * sine
+        first[i] = arctan2(along * wy[i] - across * wx[i], along * wx[i] + across * wy[i])
+        second[i] = arctan2(sine, cosine)
+    for i in range(k):
+        third[i] = towards[i] - first[i] - second[i]
+    for j in range(3, n):
+        joint, here, before = sheet[joints + j], sheet[U + j - 2], sheet[U + j - 3]
+        for i in range(k):
+            joint[i] = here[i] - before[i]
+
+
+@fast_kernel
+def margins(links, x, y, k, sheet):  # type: ignore[no-untyped-def]
+    """Fill the margins ``min((l1 + l2)² − |w|², |w|² − (l1 − l2)²)`` and the targets w.
+
+    Divided by 2 (l1 + l2) a margin has the sign of the distance of the two-link target to the edge of its annulus, and
+    inside is no larger.
+    """
+    _targets(links, x, y, k, sheet)
+    margin, wx, wy = sheet[MARGIN], sheet[WX], sheet[WY]
+    outer, inner = (links[0] + links[1]) ** 2, (links[0] - links[1]) ** 2
+    for i in range(k):
+        dd = wx[i] * wx[i] + wy[i] * wy[i]
+        ss, cc = outer - dd, dd - inner
+        margin[i] = ss if ss < cc else cc
+
+
+@fast_kernel
+def shortfall(links, k, sheet):  # type: ignore[no-untyped-def]
+    """Return the largest distance of the two-link targets from their annulus, zero if all are inside."""
+    margin, wx, wy = sheet[MARGIN], sheet[WX], sheet[WY]
+    outside = 0
+    for i in range(k):
+        outside += 1 if margin[i] < 0.0 else 0
+    worst = 0.0
+    if outside:
+        total, rest = links[0] + links[1], abs(links[0] - links[1])
+        for i in range(k):
+            d = np.sqrt(wx[i] * wx[i] + wy[i] * wy[i])
+            worst = max(worst, d - total, rest - d)
+    return worst
+
+
+@fast_kernel
+def _targets(links, x, y, k, sheet):  # type: ignore[no-untyped-def]
+    """Fill the targets of the first two links, ``w = x − Σ_{j≥3} l_j e(u_j)``."""
+    wx, wy = sheet[WX], sheet[WY]
+    for i in range(k):
+        wx[i], wy[i] = x[i], y[i]
+    for j in range(2, len(links)):
+        length, towards = links[j], sheet[U + j - 2]
+        for i in range(k):
+            sine, cosine = sincos(towards[i])
+            wx[i] -= length * cosine
+            wy[i] -= length * sine
+
+
+@fast_kernel
+def rates(links, sign, x, y, dx, dy, k, sheet):  # type: ignore[no-untyped-def]
+    """Fill the joint rates for tool positions and rates x, y, dx, dy (k,) and the rows u and du/dr.
+
+    Algebraic in sin u and cos u: θ2' = −(w·w')/(l1 l2 sin θ2), θ1' = ((w×w') − (l2² + l1 l2 cos θ2) θ2')/|w|².
+    Infinite or NaN at a fold and beyond reach.
+    """
+    n = len(links)
+    joints, turns = joints_row(n), turns_row(n)
+    wx, wy, first, second, third = sheet[WX], sheet[WY], sheet[joints], sheet[joints + 1], sheet[joints + 2]
+    for i in range(k):
+        wx[i], wy[i], first[i], second[i] = x[i], y[i], dx[i], dy[i]
+    for j in range(2, n):
+        length, towards, turning = links[j], sheet[U + j - 2], sheet[turns + j - 2]
+        for i in range(k):
+            sine, cosine = sincos(towards[i])
+            wx[i] -= length * cosine
+            wy[i] -= length * sine
+            first[i] += length * sine * turning[i]
+            second[i] -= length * cosine * turning[i]
+    l1, l2 = links[0], links[1]
+    outer, inner, difference = (l1 + l2) ** 2, (l1 - l2) ** 2, (l2 - l1) * (l2 + l1)
+    for i in range(k):
+        vx, vy = first[i], second[i]
+        dd = wx[i] * wx[i] + wy[i] * wy[i]
+        # 2 l1 l2 |sin θ2|, a product of what vanishes at the folds: NaN beyond them.
+        area = np.sqrt((outer - dd) * (dd - inner))
+        inverse = 1.0 / (area * dd)
+        turn2 = -2.0 * sign * (wx[i] * vx + wy[i] * vy) * (dd * inverse)
+        first[i] = (wx[i] * vy - wy[i] * vx - 0.5 * (dd + difference) * turn2) * (area * inverse)
+        second[i] = turn2
+    turn = sheet[turns]
+    for i in range(k):
+        third[i] = turn[i] - first[i] - second[i]
+    for j in range(3, n):
+        joint, here, before = sheet[joints + j], sheet[turns + j - 2], sheet[turns + j - 3]
+        for i in range(k):
+            joint[i] = here[i] - before[i]

@@ -1,0 +1,332 @@
+"""What one candidate costs, on plain arrays: profile, inverse kinematics, limits and objective in one compiled call.
+
+Two values are at hand: the seed's chord sum over the samples, and the integral by Gauss panels that are halved where
+they must be. The integral is computed as far as its rank needs: a chord sum over a few samples is a lower bound on it,
+since an arc costs at least its chord, and most candidates are known by it not to matter.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from selfmotion._compiled import fast_kernel, kernel
+from selfmotion._elementary_kernels import sincos
+from selfmotion._objective_kernels import chord_sum, densities
+from selfmotion._types import FloatArray, IntArray
+from selfmotion.arms._lift_kernels import overrun
+from selfmotion.arms._motion_kernels import MARGIN, WX, U, joints_row, margins, postures, rates, shortfall, turns_row
+
+_TAU = 2.0 * np.pi
+
+
+class Family(NamedTuple):
+    """What all candidates of a search share.
+
+    Attributes
+    ----------
+    objective : int
+        See :data:`selfmotion._objective_kernels.KINDS`.
+    sign : float
+        Of the arm's elbow.
+    joints : array, shape (5, n)
+        Links, weights, lower limits, upper limits, and the joint angles at r = 0 that fix the turns, NaN where free.
+    limited : array of int
+        Joints with limits that may be met.
+    amplitude : array, shape (n_u,)
+        Of sinusoids (22); empty for a family that is linear in its coefficients.
+    origin : array, shape (d,)
+        What is added to the coefficients that an optimizer gives.
+    n_u, functions : int
+        Rows of u that coefficients of a linear family choose, and how many each; 0 functions for sinusoids.
+    absolute : bool
+        Whether the first joint's cost leaves out the motion of what carries the arm.
+    rounding : float
+        Violations that are none, in parts of the reach and [rad].
+    reach : float
+    speed : float
+        Bound on the speed of the path, infinite if none is known.
+    """
+
+    objective: int
+    sign: float
+    joints: FloatArray
+    limited: IntArray
+    amplitude: FloatArray
+    origin: FloatArray
+    n_u: int
+    functions: int
+    absolute: bool
+    rounding: float
+    reach: float
+    speed: float
+
+
+LINKS, WEIGHTS, LOWER, UPPER, START = range(5)
+"""Rows of `Family.joints`."""
+
+R, RUNS, X, Y, DX, DY, BEHIND, TURNING, GIVEN = range(9)
+"""Rows of a table of places: r; the steps to the next one, 0 from the last; the path and its derivative; the direction
+of what carries the arm and its derivative, 0 on a fixed base. From GIVEN on: the n − 2 rows of u as far as no coefficient
+changes them, as many of du/dr, then the functions that the coefficients of a linear family multiply, and their slopes."""
+
+
+class Panels(NamedTuple):
+    """How the places of a quadrature are ordered: all panels, then all of their halves, then their quarters, …
+
+    Attributes
+    ----------
+    half : array, shape (p,)
+        Half the width of each whole panel.
+    depth : int
+        How often a panel may be halved, at least once.
+    weights : array, shape (16,)
+        Of the Gauss rule of a panel.
+    """
+
+    half: FloatArray
+    depth: int
+    weights: FloatArray
+
+
+class Accuracy(NamedTuple):
+    """How accurately candidates are judged.
+
+    Attributes
+    ----------
+    exact : bool
+        Whether the chord sum over the samples is the value, not the integral.
+    tolerance : float
+        Relative error at which the halving of panels ends.
+    infeasible : float
+        Values from here on mean infeasible, by value / infeasible − 1.
+    between : float
+        Violation of what holds at the samples and breaks at a node between them.
+    """
+
+    sampled: bool
+    tolerance: float
+    infeasible: float
+    between: float
+
+
+@fast_kernel
+def _directions(family, a, places, low, k, sheet):  # type: ignore[no-untyped-def]
+    """Fill u at the k places from `low` on."""
+    rows, r = family.joints.shape[1] - 2, places[R][low:]
+    for j in range(rows):
+        row, given = sheet[U + j], places[GIVEN + j][low:]
+        for i in range(k):
+            row[i] = given[i]
+    for j in range(len(family.amplitude)):
+        row, amplitude, rate = sheet[U + j], family.amplitude[j], _TAU * (a[j] + family.origin[j])
+        for i in range(k):
+            row[i] += amplitude * sincos(rate * r[i])[0]
+    if family.functions:
+        for j in range(family.n_u):
+            row = sheet[U + j]
+            for m in range(family.functions):
+                number = j * family.functions + m
+                coefficient, function = a[number] + family.origin[number], places[GIVEN + 2 * rows + m][low:]
+                for i in range(k):
+                    row[i] += coefficient * function[i]
+
+
+@fast_kernel
+def _turnings(family, a, places, low, k, sheet):  # type: ignore[no-untyped-def]
+    """Fill u and du/dr at the k places from `low` on."""
+    rows, r, turns = family.joints.shape[1] - 2, places[R][low:], turns_row(family.joints.shape[1])
+    for j in range(rows):
+        row, given, turn, known = sheet[U + j], places[GIVEN + j][low:], sheet[turns + j], places[GIVEN + rows + j][low:]
+        for i in range(k):
+            row[i], turn[i] = given[i], known[i]
+    for j in range(len(family.amplitude)):
+        row, turn, amplitude, rate = sheet[U + j], sheet[turns + j], family.amplitude[j], _TAU * (a[j] + family.origin[j])
+        for i in range(k):
+            sine, cosine = sincos(rate * r[i])
+            row[i] += amplitude * sine
+            turn[i] += amplitude * rate * cosine
+    if family.functions:
+        for j in range(family.n_u):
+            row, turn = sheet[U + j], sheet[turns + j]
+            for m in range(family.functions):
+                number, at = j * family.functions + m, GIVEN + 2 * rows + m
+                coefficient = a[number] + family.origin[number]
+                function, slope = places[at][low:], places[at + family.functions][low:]
+                for i in range(k):
+                    row[i] += coefficient * function[i]
+                    turn[i] += coefficient * slope[i]
+
+
+@fast_kernel
+def sampled(family, a, places, sheet):  # type: ignore[no-untyped-def]
+    """Return the chord sum over `places`, joints modulo 2π, and how far the candidate leaves the angle domain there."""
+    k, n = places.shape[1], family.joints.shape[1]
+    joints = joints_row(n)
+    first, behind = sheet[joints], places[BEHIND]
+    _directions(family, a, places, 0, k, sheet)
+    postures(family.joints[LINKS], family.sign, places[X], places[Y], k, sheet)
+    violation = _short_of_reach(family, k, sheet)
+    for i in range(k):
+        first[i] -= behind[i]
+    for j in family.limited:
+        lower, upper, start = family.joints[LOWER, j], family.joints[UPPER, j], family.joints[START, j]
+        excess = overrun(sheet[joints + j], k, lower, upper, start)
+        violation += excess if excess > family.rounding else 0.0
+    if family.absolute:
+        for i in range(k):
+            first[i] += behind[i]
+    return chord_sum(family.objective, places[RUNS], family.joints[WEIGHTS], k, sheet, joints, WX), violation
+
+
+@fast_kernel
+def _short_of_reach(family, k, sheet):  # type: ignore[no-untyped-def]
+    """Return by how much the k targets on the sheet leave reach at worst, in parts of it, zero inside."""
+    short = shortfall(family.joints[LINKS], k, sheet) / family.reach
+    return short if short > family.rounding else 0.0
+
+
+@fast_kernel
+def _out_of_reach(family, a, places, low, k, sheet):  # type: ignore[no-untyped-def]
+    """Return how far out of reach the candidate is at the k places from `low` on."""
+    _directions(family, a, places, low, k, sheet)
+    margins(family.joints[LINKS], places[X][low:], places[Y][low:], k, sheet)
+    return _short_of_reach(family, k, sheet)
+
+
+@fast_kernel
+def _violation(family, a, places, sheet):  # type: ignore[no-untyped-def]
+    """Return how far the candidate leaves the angle domain at `places`, as `sampled` does."""
+    if len(family.limited):
+        return sampled(family, a, places, sheet)[1]
+    return _out_of_reach(family, a, places, 0, places.shape[1], sheet)
+
+
+@fast_kernel
+def _is_inside(family, a, samples, few, number, near, sheet):  # type: ignore[no-untyped-def]
+    """Return whether a candidate that is inside at `few` of the samples, with margins `near`, is so at all of them.
+
+    Between two of them a target moves by no more than its speed allows: most stretches need not be looked at.
+    """
+    if len(family.limited) or family.functions:
+        return _violation(family, a, samples, sheet) == 0.0
+    links, speed = family.joints[LINKS], family.speed
+    for j in range(len(family.amplitude)):
+        speed += links[j + 2] * abs(family.amplitude[j] * _TAU * (a[j] + family.origin[j]))
+    bar = 2.0 * (links[0] + links[1]) * speed
+    for i in range(len(number) - 1):
+        if near[i] + near[i + 1] <= bar * few[RUNS, i]:
+            low = number[i] + 1
+            if _out_of_reach(family, a, samples, low, number[i + 1] - low, sheet) > 0.0:
+                return False
+    return True
+
+
+@fast_kernel
+def _panel_sums(family, a, places, panels, low, count, sheet):  # type: ignore[no-untyped-def]
+    """Fill the first `count` columns of row WX with the weighted sums of panels whose nodes start at place `low`."""
+    joints, size = joints_row(family.joints.shape[1]), len(panels.weights)
+    k = size * count
+    _turnings(family, a, places, low, k, sheet)
+    rates(
+        family.joints[LINKS], family.sign, places[X][low:], places[Y][low:], places[DX][low:], places[DY][low:],
+        k, sheet,
+    )  # fmt: skip
+    if not family.absolute:
+        rate, turning = sheet[joints], places[TURNING][low:]
+        for i in range(k):
+            rate[i] -= turning[i]
+    densities(family.objective, family.joints[WEIGHTS], k, sheet, joints, MARGIN)
+    weights, sums = panels.weights, sheet[WX]
+    for p in range(count):
+        total, density = 0.0, sheet[MARGIN][p * size :]
+        for i in range(size):
+            total += weights[i] * density[i]
+        sums[p] = total
+
+
+@fast_kernel
+def integral(family, a, places, panels, tolerance, threshold, sheet):  # type: ignore[no-untyped-def]
+    """Return the cost as an integral and the estimate of its error, NaN where a node is out of reach.
+
+    A panel's error is what its halves change. It is that of the panel, far above that of the halves, which are what is
+    kept. The work ends where the error is `tolerance` of the value, or the value less its error above `threshold`.
+    """
+    count, half, sums = len(panels.half), panels.half, sheet[WX]
+    _panel_sums(family, a, places, panels, 0, 3 * count, sheet)
+    value = error = 0.0
+    for p in range(count):
+        halves = 0.5 * half[p] * (sums[count + 2 * p] + sums[count + 2 * p + 1])
+        value += halves
+        error += abs(half[p] * sums[p] - halves)
+    if not np.isfinite(value):
+        return np.nan, np.nan
+    if error <= tolerance * value or value - error > threshold or panels.depth == 1:
+        return value, error
+    return _halved(family, a, places, panels, tolerance, threshold, value, error, sheet)
+
+
+@fast_kernel
+def _halved(family, a, places, panels, tolerance, threshold, value, error, sheet):  # type: ignore[no-untyped-def]
+    """Go on with :func:`integral` from the sums of all panels and their halves, halving where the error is."""
+    size, count, half, sums = len(panels.weights), len(panels.half), panels.half, sheet[WX]
+    # What is still to be halved: level, number, cost, and its share of the error.
+    most = 2 * count + panels.depth
+    levels, numbers = np.empty(most, np.int64), np.empty(most, np.int64)
+    costs, shares = np.empty(most), np.empty(most)
+    waiting = 0
+    for p in range(count):
+        left, right = 0.5 * half[p] * sums[count + 2 * p], 0.5 * half[p] * sums[count + 2 * p + 1]
+        lost = abs(half[p] * sums[p] - (left + right))
+        if lost > tolerance * value * 2.0 * half[p]:
+            levels[waiting : waiting + 2], shares[waiting : waiting + 2] = 1, 0.5 * lost
+            numbers[waiting], numbers[waiting + 1] = 2 * p, 2 * p + 1
+            costs[waiting], costs[waiting + 1] = left, right
+            waiting += 2
+    while waiting and error > tolerance * value and value - error <= threshold:
+        waiting -= 1
+        level, number, cost, share = levels[waiting] + 1, 2 * numbers[waiting], costs[waiting], shares[waiting]
+        _panel_sums(family, a, places, panels, size * (count * ((1 << level) - 1) + number), 2, sheet)
+        width = half[number >> level] / (1 << level)
+        left, right = width * sums[0], width * sums[1]
+        lost = abs(cost - (left + right))
+        value += left + right - cost
+        error += lost - share
+        if not np.isfinite(value):
+            return np.nan, np.nan
+        if level < panels.depth and lost > tolerance * value * 4.0 * width:
+            levels[waiting : waiting + 2], shares[waiting : waiting + 2] = level, 0.5 * lost
+            numbers[waiting], numbers[waiting + 1] = number, number + 1
+            costs[waiting], costs[waiting + 1] = left, right
+            waiting += 2
+    return value, max(error, 0.0)
+
+
+@kernel
+def judge(family, a, samples, few, number, nodes, panels, accuracy, threshold, sheet):  # type: ignore[no-untyped-def]
+    """Return a candidate's value as optimizers rank it, and whether it is more than a lower bound on it.
+
+    Only a value that may be below `threshold` is computed to the end. `samples`, `few` of them with their `number`, and
+    the `nodes` of `panels` are tables of places.
+    """
+    infeasible = accuracy.infeasible
+    if accuracy.sampled:
+        cost, violation = sampled(family, a, samples, sheet)
+        return (infeasible * (1.0 + violation) if violation > 0.0 else cost), True
+    chords, violation = sampled(family, a, few, sheet)
+    if violation > 0.0:
+        if infeasible * (1.0 + violation) > threshold:
+            return infeasible * (1.0 + violation), False
+        return infeasible * (1.0 + _violation(family, a, samples, sheet)), True
+    if chords > threshold:
+        return chords, False
+    near = sheet[MARGIN][: len(number)].copy()
+    cost, error = integral(family, a, nodes, panels, accuracy.tolerance, threshold, sheet)
+    if cost - error > threshold:
+        return max(cost - error, chords), False
+    if not _is_inside(family, a, samples, few, number, near, sheet):
+        return infeasible * (1.0 + _violation(family, a, samples, sheet)), True
+    if np.isnan(cost):
+        return infeasible * (1.0 + accuracy.between), True
+    return cost, True

@@ -1,0 +1,282 @@
+"""What the candidates of a search cost: for any arm in numpy, for planar arms compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+
+from selfmotion._types import BoolArray, FloatArray
+from selfmotion.arms import JointLimits, PlanarArm
+from selfmotion.optimizers import INFEASIBLE, Judged, Swarm, SwarmState, penalised
+from selfmotion.problem import Problem
+from selfmotion.profiles import LinearProfile, Profile, SinusoidProfile
+
+if TYPE_CHECKING:
+    from selfmotion.planners._candidate_kernels import Family, Panels
+
+Ranking = Literal["integral", "samples"]
+RANKINGS: tuple[Ranking, ...] = ("integral", "samples")
+
+# Candidates are evaluated in blocks of about this many joint angles: what stays in the processor's cache.
+_BLOCK = 16_000
+# A candidate is inside the domain if it leaves it by rounding only: radians, or parts of the reach.
+_ROUNDING = 1e-12
+# Relative error at which the integral of a candidate that matters is good enough.
+_TOLERANCE = 1e-8
+# Violation of a candidate that holds at the samples and is out of reach somewhere between them.
+_BETWEEN = 1e-9
+_FEW = 32  # samples of the chord sum that bounds an integral from below: full vector registers
+
+
+class Carrier(NamedTuple):
+    """What an arm stands on if that turns.
+
+    Attributes
+    ----------
+    limits : JointLimits
+        Of the true joints, the first one measured from the carrier.
+    direction : callable
+        Direction of the carrier at r (k,) and its derivative: maps r and an order, 0 or 1, to shape (k,) [rad].
+    absolute : bool
+        Whether the cost counts the first joint as an absolute angle all the same.
+    """
+
+    limits: JointLimits
+    direction: Callable[[FloatArray, int], FloatArray]
+    absolute: bool
+
+
+class Candidates:
+    """The objective of a search on one branch: what a population of coefficient vectors costs.
+
+    Parameters
+    ----------
+    problem : Problem
+    profile : Profile
+    branch : int
+    carrier : Carrier, optional
+        What the arm stands on, if that turns.
+
+    Attributes
+    ----------
+    r : array, shape (k,)
+        The samples.
+    x : array, shape (k, 2)
+        The path there.
+    """
+
+    def __init__(self, problem: Problem, profile: Profile, branch: int, carrier: Carrier | None = None) -> None:
+        self.problem = problem
+        self.profile = profile
+        self.branch = branch
+        self.carrier = carrier
+        self.r = problem.grid
+        self.x = problem.points
+
+    def __call__(self, population: FloatArray) -> FloatArray:
+        """Return the values of a population, shape (p, d), as the optimizers rank them.
+
+        The value of a feasible candidate is its chord sum over the samples. One that leaves the angle domain is ranked,
+        after all feasible ones, by how far it leaves: by the largest shortfall of reach (in parts of the reach) plus
+        each joint's largest overrun of its limits [rad].
+        """
+        return in_blocks(self.block, population, len(self.r) * self.problem.arm.n)
+
+    def block(self, population: FloatArray) -> FloatArray:
+        """Return the same for as many candidates as are judged at once."""
+        arm, carrier = self.problem.arm, self.carrier
+        q, margin = arm.solve_with_margin(self.x, self.profile(population, self.r), self.branch)
+        behind = 0.0 if carrier is None else carrier.direction(self.r, 0)
+        start = None if self.problem.start is None else self.problem.start.q
+        q[..., 0] -= behind
+        lifted = (arm.limits if carrier is None else carrier.limits).lift(q, start)
+        if carrier is not None and carrier.absolute:
+            lifted.q[..., 0] += behind
+        cost = self.problem.objective.sampled(lifted.q, self.r, self.problem.weights)
+        return penalised(cost, outside(margin / arm.reach, lifted.excess))
+
+
+class PlanarCandidates(Candidates):
+    """The same for a planar arm, compiled; swarms run on it whole.
+
+    Parameters
+    ----------
+    problem, profile, branch, carrier
+        See :class:`Candidates`; the profile a sinusoid or a linear family.
+    ranking : {"samples", "integral"}
+        What candidates are ranked by: the chord sum over the samples, as in the seed, or the integral that it tends to.
+    shift : float
+        What is added to every coefficient.
+
+    Notes
+    -----
+    The integral is that of closed-form joint rates by Gauss panels, halved until the error estimate is 1e-9 of the value
+    or the candidate is known to lie above what would change the search: by the estimate, or by the chord sum over a
+    thirty-second of the samples, which no integral falls below. A candidate is feasible if it is at all samples, as
+    with the chord sum, and in reach at every node.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        profile: SinusoidProfile | LinearProfile,
+        branch: int,
+        carrier: Carrier | None = None,
+        ranking: Ranking = "samples",
+        shift: float = 0.0,
+    ) -> None:
+        super().__init__(problem, profile, branch, carrier)
+        self.profile: SinusoidProfile | LinearProfile = profile
+        self.ranking = ranking
+        self._family = self._family_of(shift)
+        self._number = np.unique(np.linspace(0, len(self.r) - 1, _FEW).round().astype(int))
+        self._samples = self._places(self.r, self.x)
+        self._few = self._places(self.r[self._number], self.x[self._number])
+        self._panels, self._nodes = self._quadrature()
+
+    def __call__(self, population: FloatArray) -> FloatArray:
+        """Return the values of a population, shape (p, d), as the optimizers rank them; see :class:`Candidates`."""
+        return self.judge(population).values
+
+    def judge(self, population: FloatArray, thresholds: FloatArray | float = np.inf) -> Judged:
+        """Judge a population.
+
+        Parameters
+        ----------
+        population : array, shape (p, d)
+        thresholds : float or array, shape (p,)
+            Values above which a candidate need not be known exactly: a lower bound above the threshold will do.
+
+        Returns
+        -------
+        Judged
+        """
+        from selfmotion.planners._run_kernels import judge_all
+
+        rows = np.ascontiguousarray(population, dtype=float)
+        values, exact = np.empty(len(rows)), np.empty(len(rows), dtype=bool)
+        bars = np.broadcast_to(np.asarray(thresholds, dtype=float), len(rows)).copy()
+        judge_all(rows, bars, *self._arguments(), values, exact)
+        return Judged(rows, values, exact)
+
+    def run(self, swarm: Swarm, state: SwarmState, generations: int) -> Judged:
+        """Run generations of a swarm, changing its state; see :class:`~selfmotion.optimizers.base.RunsSwarms`."""
+        from selfmotion.planners._run_kernels import run
+
+        shape = (generations, *state.x.shape)
+        judged = Judged(np.empty(shape), np.empty(shape[:2]), np.empty(shape[:2], dtype=bool))
+        run(
+            swarm.code, state.x, state.v, state.remembered, state.remembered_values, swarm.draws(state, generations),
+            state.t, swarm.constants(), state.lower, state.upper, *self._arguments(), *judged,
+        )  # fmt: skip
+        state.t += generations
+        return judged
+
+    def _arguments(self) -> tuple[Any, ...]:
+        from selfmotion.planners._candidate_kernels import Accuracy
+
+        accuracy = Accuracy(self.ranking == "samples", _TOLERANCE, INFEASIBLE, _BETWEEN)
+        return self._family, self._samples, self._few, self._number, self._nodes, self._panels, accuracy
+
+    def _family_of(self, shift: float) -> Family:
+        from selfmotion._objective_kernels import KINDS
+        from selfmotion.planners._candidate_kernels import Family
+
+        problem, profile, carrier = self.problem, self.profile, self.carrier
+        arm, variables = problem.arm, len(profile.parameter_names)
+        assert isinstance(arm, PlanarArm)
+        limits = arm.limits if carrier is None else carrier.limits
+        start = np.full(arm.n, np.nan) if problem.start is None or problem.start.q is None else problem.start.q
+        is_linear = isinstance(profile, LinearProfile)
+        return Family(
+            objective=KINDS[problem.objective.kind],
+            sign=arm.sign(self.branch),
+            joints=np.stack([arm.links, problem.weights, limits.lower, limits.upper, start]),
+            limited=np.flatnonzero(_may_be_met(limits, arm.sign(self.branch), start)),
+            amplitude=np.array([] if is_linear else profile.amplitude),
+            origin=np.full(variables, shift),
+            n_u=arm.n_u,
+            functions=variables // arm.n_u if is_linear else 0,
+            absolute=carrier is not None and carrier.absolute,
+            rounding=_ROUNDING,
+            reach=arm.reach,
+            speed=problem.fastest,
+        )
+
+    def _quadrature(self) -> tuple[Panels, FloatArray]:
+        from selfmotion.planners._candidate_kernels import Panels
+
+        if self.ranking == "samples":
+            return Panels(np.empty(0), 0, np.empty(0)), self._places(np.empty(0), np.empty((0, 2)))
+        rule = self.problem.quadrature
+        return Panels(rule.half, rule.depth, rule.weights), self._places(rule.nodes, *self.problem.quadrature_points)
+
+    def _places(self, r: FloatArray, x: FloatArray, dx: FloatArray | None = None) -> FloatArray:
+        """Return a table of places; see :mod:`selfmotion.planners._candidate_kernels`."""
+        arm, profile, carrier, k = self.problem.arm, self.profile, self.carrier, len(r)
+        assert isinstance(arm, PlanarArm)
+        u, du = np.zeros((arm.n - 2, k)), np.zeros((arm.n - 2, k))
+        if arm.direction is not None:
+            u[-1] = arm.direction
+        functions = np.empty((0, k))
+        if isinstance(profile, LinearProfile):
+            given = profile.coefficients(np.zeros(len(profile.parameter_names)))
+            known, rising = profile.functions(r, 0).T, profile.functions(r, 1).T
+            u[: arm.n_u], du[: arm.n_u] = given @ known, given @ rising
+            functions = np.vstack([known[profile.free], rising[profile.free]])
+        else:
+            u[: arm.n_u] = profile.offset[:, None]
+        turned = np.zeros((2, k)) if carrier is None else [carrier.direction(r, order) for order in (0, 1)]
+        speeds = np.zeros((2, k)) if dx is None else dx.T
+        return np.vstack([r, np.diff(r, append=r[-1:]), x.T, speeds, turned, u, du, functions])
+
+
+def candidates_of(
+    problem: Problem, profile: Profile, branch: int, ranking: Ranking, carrier: Carrier | None = None
+) -> Candidates:
+    """Return what judges populations on one branch, compiled where that is at hand."""
+    if isinstance(problem.arm, PlanarArm) and isinstance(profile, SinusoidProfile | LinearProfile):
+        return PlanarCandidates(problem, profile, branch, carrier, ranking)
+    return Candidates(problem, profile, branch, carrier)
+
+
+def in_blocks(judge: Callable[[FloatArray], FloatArray], population: FloatArray, angles: int) -> FloatArray:
+    """Return the values of a population, shape (p, d), judged in blocks that stay in the processor's cache.
+
+    Parameters
+    ----------
+    judge : callable
+        Maps a block, shape (b, d), to values, shape (b,).
+    population : array, shape (p, d)
+    angles : int
+        Number of joint angles of one candidate.
+    """
+    rows = max(1, _BLOCK // angles)
+    return np.concatenate([judge(population[k : k + rows]) for k in range(0, len(population), rows)])
+
+
+def outside(margin: FloatArray, excess: FloatArray) -> FloatArray:
+    """Return how far sampled motions leave the angle domain, shape (p,), zero inside.
+
+    Parameters
+    ----------
+    margin : array, shape (p, k)
+        Signed distance to the limit of reach, in parts of the reach.
+    excess : array, shape (p, n)
+        Overrun of each joint [rad].
+    """
+    short = np.maximum(-margin.min(axis=1), 0.0)
+    violation = np.where(short > _ROUNDING, short, 0.0)
+    violation += np.where(excess > _ROUNDING, excess, 0.0).sum(axis=1)
+    return violation
+
+
+def _may_be_met(limits: JointLimits, sign: float, start: FloatArray) -> BoolArray:
+    """Return which limits are no consequence of the elbow, which alone keeps θ2 in [0, π] or [−π, 0]."""
+    met = limits.limited.copy()
+    low, high = (0.0, np.pi) if sign > 0 else (-np.pi, 0.0)
+    if np.isnan(start[1]) and limits.lower[1] <= low and limits.upper[1] >= high:
+        met[1] = False
+    return met
