@@ -8,7 +8,6 @@ from typing import TypeVar, cast
 from numba import njit
 
 F = TypeVar("F", bound=Callable[..., object])
-_OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
 
 
 def kernel(function: F) -> F:
@@ -16,7 +15,7 @@ def kernel(function: F) -> F:
 
     What carries a proof, or must give the same bits as other code, is compiled so.
     """
-    return cast(F, njit(**_OPTIONS, fastmath=False)(function))
+    return cast(F, njit(cache=True, nogil=True, error_model="numpy", fastmath=False)(function))
 
 
 def fast_kernel(function: F) -> F:
@@ -25,7 +24,9 @@ def fast_kernel(function: F) -> F:
     Sums may be reordered and products fused. NaN and infinity keep their meaning: a candidate that leaves the arm's
     reach must not turn into a number.
     """
-    return cast(F, njit(**_OPTIONS, fastmath={"reassoc", "contract", "nsz", "arcp"})(function))
+    return cast(
+        F, njit(cache=True, nogil=True, error_model="numpy", fastmath={"reassoc", "contract", "nsz", "arcp"})(function)
+    )
 
 
 def elementary(function: F) -> F:
@@ -33,4 +34,4 @@ def elementary(function: F) -> F:
 
     Products may be fused, sums not reordered: that would undo the cancellation.
     """
-    return cast(F, njit(**_OPTIONS, fastmath={"contract", "nsz"})(function))
+    return cast(F, njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})(function))

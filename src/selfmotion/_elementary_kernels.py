@@ -1,8 +1,8 @@
 """Sine, cosine and arctangent without branches, so that loops over them run in SIMD registers.
 
-Compilers have no vector form of libm's functions at hand, and a call per number is what an objective spends its time on.
-Here a number of either sign is reduced, put through one polynomial and selected from, without a jump. The errors are
-those of libm's class: tests/test_elementary.py measures them in units of the last place against mpmath.
+Compilers have no vector form of libm's functions at hand, and a call per number is what an objective spends its time
+on. Here a number of either sign is reduced, put through one polynomial and selected from, without a jump. The errors
+are of libm's class: tests/test_elementary.py measures them in units of the last place against mpmath.
 
 The reduction modulo π/2 subtracts three parts of it, the first two of 33 bits (Cody, Waite 1980): exact while the
 quotient has at most 20 bits, |x| < 10⁶. What rounding takes from a reduced number is carried along in a second one. The
@@ -28,7 +28,7 @@ _TAU, _OVER_TAU = 2.0 * math.pi, 1.0 / (2.0 * math.pi)
 
 
 @elementary
-def sincos(x):  # type: ignore[no-untyped-def]
+def sincos(x: float) -> tuple[float, float]:
     """Return sin x and cos x, |x| < 10⁶."""
     quotient = np.rint(x * _TWO_OVER_PI)
     first, second = x - quotient * _PART1, quotient * _PART2
@@ -63,7 +63,7 @@ def sincos(x):  # type: ignore[no-untyped-def]
 
 
 @elementary
-def arctan2(y, x):  # type: ignore[no-untyped-def]
+def arctan2(y: float, x: float) -> float:
     """Return the angle of (x, y) in [−π, π], 0 for (0, 0)."""
     ax, ay = abs(x), abs(y)
     steep = ay > ax
@@ -96,6 +96,6 @@ def arctan2(y, x):  # type: ignore[no-untyped-def]
 
 
 @elementary
-def wrapped(angle):  # type: ignore[no-untyped-def]
+def wrapped(angle: float) -> float:
     """Return `angle` less the nearest whole number of turns, in [−π, π] up to rounding."""
     return angle - _TAU * np.rint(angle * _OVER_TAU)

@@ -6,6 +6,7 @@ import numpy as np
 
 from selfmotion._compiled import fast_kernel
 from selfmotion._elementary_kernels import wrapped
+from selfmotion._types import FloatArray
 
 JOINT_TRAVEL, L1, L2 = 0, 1, 2
 KINDS = {"joint_travel": JOINT_TRAVEL, "l1": L1, "l2": L2}
@@ -13,12 +14,14 @@ KINDS = {"joint_travel": JOINT_TRAVEL, "l1": L1, "l2": L2}
 
 
 @fast_kernel
-def chord_sum(kind, runs, weights, k, sheet, joints, scratch):  # type: ignore[no-untyped-def]
+def chord_sum(
+    kind: int, runs: FloatArray, weights: FloatArray, k: int, sheet: FloatArray, joints: int, scratch: int
+) -> float:
     """Return the cost of the chords between k samples of joints modulo 2π.
 
     The joints are the rows of `sheet` from `joints` on, with a column more than there are samples, which is
-    overwritten; row `scratch` is one to work in. `runs` (k,) are the steps in r, the last one 0: chords are then as many
-    as samples, and what fills vector registers once does so throughout.
+    overwritten; row `scratch` is one to work in. `runs` (k,) are the steps in r, the last one 0: chords are then as
+    many as samples, and what fills vector registers once does so throughout.
     """
     total, sums = 0.0, sheet[scratch]
     for j in range(len(weights)):
@@ -48,7 +51,7 @@ def chord_sum(kind, runs, weights, k, sheet, joints, scratch):  # type: ignore[n
 
 
 @fast_kernel
-def densities(kind, weights, k, sheet, joints, into):  # type: ignore[no-untyped-def]
+def densities(kind: int, weights: FloatArray, k: int, sheet: FloatArray, joints: int, into: int) -> None:
     """Fill row `into` of `sheet` with the cost per unit of r of k rates, the rows from `joints` on."""
     density = sheet[into]
     for i in range(k):

@@ -99,7 +99,7 @@ def domain(
 ) -> None:
     """Draw the angle domain: every feasible posture along the path, per elbow, and say what happens to it."""
     from selfmotion.arms import PlanarArm
-    from selfmotion.domain import AngleDomain, blocked_stretches
+    from selfmotion.domain import AngleDomain
     from selfmotion.exchange import OutputFolder, load_problem, structure_lines, structure_object
     from selfmotion.plot import draw_domain, figure, image_files
 
@@ -113,7 +113,7 @@ def domain(
         raise error.inside(source=problem) from None
     structure = feasible.structure
     radii = case.arm.radii() if isinstance(case.arm, PlanarArm) else None
-    blocked = blocked_stretches(case.arm, case.path, case.samples, case.elbow_branches)
+    blocked = case.blocked
     sampled = feasible.sample(case.rows)
     elbows = {
         case.arm.branches[branch]: [sampled[branch].interval_set(k).intervals.tolist() for k in range(len(case.rows))]

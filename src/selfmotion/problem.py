@@ -15,8 +15,8 @@ from selfmotion._checks import angles, choice, finite_array, integer, read_only
 from selfmotion._types import FloatArray
 from selfmotion.angles import wrap
 from selfmotion.arms import RedundantArm
-from selfmotion.domain import DomainStructure, angle_domain, blocked_at, out_of_reach
-from selfmotion.errors import InvalidInputError
+from selfmotion.domain import DomainStructure, angle_domain, blocked_at, blocked_stretches, out_of_reach
+from selfmotion.errors import Blocked, InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
 from selfmotion.paths import Path
 from selfmotion.quadrature import GAUSS, DyadicGauss, dyadic_gauss
@@ -143,7 +143,7 @@ class Problem:
 
     @cached_property
     def quadrature(self) -> DyadicGauss:
-        """Where integrals along the path are taken: panels between its breaks, and their halves as often as is cheap."""
+        """Where integrals along the path are taken: on panels between its breaks, halved as often as is cheap."""
         edges = self.path.grid(_PANELS)
         pieces = _MOST_NODES / (GAUSS * (len(edges) - 1))
         return dyadic_gauss(edges, max(1, int(np.log2(pieces + 1.0)) - 1))
@@ -166,6 +166,11 @@ class Problem:
     def rows(self) -> FloatArray:
         """The sample grid and every given waypoint, ascending; a trajectory has a row at each."""
         return np.unique(np.concatenate([self.grid, self.path.waypoints]))
+
+    @cached_property
+    def blocked(self) -> list[Blocked]:
+        """The stretches of the path that the arm cannot follow, looked for at the samples, with their cause."""
+        return blocked_stretches(self.arm, self.path, self.samples, self.elbow_branches)
 
     @cached_property
     def structure(self) -> DomainStructure:

@@ -112,24 +112,23 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
     rows = problem.rows
     grid = np.union1d(_refined(rows), path.breaks)
 
-    def slack(r: FloatArray) -> FloatArray:
+    def slack(r: FloatArray, q: FloatArray) -> FloatArray:
         """Column 0: minus the tracking error; the others: the limit margins."""
-        q = motion(r)
         return np.column_stack([-arm.task_error(q, path(r)), arm.margins(q)])
 
-    at, least = _least(slack, grid, TRACKING * arm.reach)
+    looked_at = motion(grid)
+    at, least = _least(lambda r: slack(r, motion(r)), grid, slack(grid, looked_at), TRACKING * arm.reach)
     failures = []
     if -least[0] > TRACKING * arm.reach:
         failures.append(Failure("tracking", at[0], -least[0], TRACKING * arm.reach))
     failures += [Failure("limits", at[j], least[j], -LIMIT, joint=j) for j in range(1, arm.n + 1) if least[j] < -LIMIT]
-    looked_at = motion(grid)
     found = elbow_failures(problem, grid, looked_at) + end_failures(problem, looked_at)
     found += closure_failures(problem, looked_at)
     failures += [replace(failure, row=None) for failure in found]  # a continuous motion has no rows
-    where, jump, joint = _largest_jump(motion, grid)
+    where, jump, joint = _largest_jump(motion, grid, looked_at)
     if jump > JUMP:
         failures.append(Failure("continuity", where, jump, JUMP, joint=joint + 1))
-    step = float(np.abs(np.diff(motion(rows), axis=0)).max())
+    step = float(np.abs(np.diff(looked_at[np.searchsorted(grid, rows)], axis=0)).max())
     return Verification(-least[0], finite_or_none(min(least[1:])), step, tuple(failures))
 
 
@@ -177,13 +176,12 @@ def _refined(rows: FloatArray) -> FloatArray:
 
 
 def _least(
-    slack: Callable[[FloatArray], FloatArray], grid: FloatArray, tracking: float
+    slack: Callable[[FloatArray], FloatArray], grid: FloatArray, values: FloatArray, tracking: float
 ) -> tuple[list[float], list[float]]:
-    """Return, per column of `slack`, where it is least and how much: grid values, zoomed where that matters.
+    """Return, per column of `slack`, where it is least and how much: `values` on the grid, zoomed where that matters.
 
     It does where the error may be more than `tracking`, and limit margins less than allowed or the least of all.
     """
-    values = slack(grid)
     margin = max(float(values[:, 1:].min()), -LIMIT)
     where, least = [], []
     for column in range(values.shape[1]):
@@ -219,9 +217,10 @@ def _dips(series: FloatArray, bar: float) -> IntArray:
     return minima[order[reachable[order] <= bar]]
 
 
-def _largest_jump(motion: Callable[[FloatArray], FloatArray], grid: FloatArray) -> tuple[float, float, int]:
-    """Bisect the largest steps towards their steeper half; return r, the step that is left, and its joint."""
-    q = motion(grid)
+def _largest_jump(
+    motion: Callable[[FloatArray], FloatArray], grid: FloatArray, q: FloatArray
+) -> tuple[float, float, int]:
+    """Bisect the largest steps of `q` on the grid towards their steeper half; return r, what is left, and its joint."""
     worst = np.argsort(np.abs(np.diff(q, axis=0)).max(axis=1))[-_PLACES:]
     low, high, q_low, q_high = grid[worst], grid[worst + 1], q[worst], q[worst + 1]
     for _ in range(_BISECTIONS):

@@ -145,7 +145,7 @@ def test_pso_step_is_equation_23():
     pso.tell(state, np.array([3.0, 1.0, 2.0]))
     np.testing.assert_array_equal(state.v[1], 0.0)  # the best particle is at its own and the swarm's best
     x2 = pso.ask(state).copy()
-    v, p, g = state.v.copy(), state.p.copy(), x[1]
+    v, p, g = state.v.copy(), state.remembered.copy(), x[1]
     state.rng = np.random.default_rng(0)
     beta1, beta2 = np.random.default_rng(0).random((2, 3, 2))
     pso.tell(state, np.array([9.0, 9.0, 9.0]))
@@ -169,8 +169,8 @@ def test_gwo_leaders_persist_and_an_old_alpha_is_not_demoted():
     x = gwo.ask(state).copy()
     gwo.tell(state, np.array([2.0, 1.0, 3.0]))
     # wolf 0 is α first; wolf 1 replaces it, and the old α becomes nothing; wolf 2 becomes β
-    np.testing.assert_array_equal(state.leaders[0], x[1])
-    np.testing.assert_array_equal(state.leader_values, [1.0, 3.0, np.inf])
+    np.testing.assert_array_equal(state.remembered[0], x[1])
+    np.testing.assert_array_equal(state.remembered_values, [1.0, 3.0, np.inf])
 
 
 def test_gwo_is_not_shift_invariant_and_pso_is():

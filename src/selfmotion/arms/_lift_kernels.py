@@ -6,12 +6,13 @@ import numpy as np
 
 from selfmotion._compiled import fast_kernel
 from selfmotion._elementary_kernels import wrapped
+from selfmotion._types import FloatArray
 
 _TAU = 2.0 * np.pi
 
 
 @fast_kernel
-def overrun(angles, k, lower, upper, start):  # type: ignore[no-untyped-def]
+def overrun(angles: FloatArray, k: int, lower: float, upper: float, start: float) -> float:
     """Return by how much a joint's samples (k,), modulo 2π, leave [lower, upper] once they are made continuous.
 
     The turns are those of `start`, the joint's angle at the first sample; if it is NaN, the ones that leave least.

@@ -1,9 +1,8 @@
 """Planar inverse kinematics for many samples of one motion, a SIMD loop per step.
 
-The formulas are those of :mod:`selfmotion.arms._kernels`, which stays the oracle in plain numpy. What is computed stands
-on a *sheet*, one array whose rows are contiguous: only those are loaded as vectors, and one array is passed on faster
-than ten. A motion of n links has the rows that :func:`row_of` names; loops run along the first k columns. Angles are
-left as they come, modulo 2π.
+The formulas are those of :mod:`selfmotion.arms._kernels`, which stays the oracle in plain numpy. What is computed
+stands on a *sheet*, one array whose rows are contiguous: only those are loaded as vectors, and one array is passed on
+faster than ten. Loops run along the first k columns. Angles are left as they come, modulo 2π.
 """
 
 from __future__ import annotations
@@ -12,32 +11,33 @@ import numpy as np
 
 from selfmotion._compiled import fast_kernel
 from selfmotion._elementary_kernels import arctan2, sincos
+from selfmotion._types import FloatArray
 
 WX, WY, MARGIN, U = 0, 1, 2, 3
-"""Rows of a sheet: the target of the first two links; their margin, or what else is wanted of one number per sample; and
+"""Rows of a sheet: the target of the first two links; their margin, or what else there is one number of per sample; and
 from U on the n − 2 directions u, then as many rows du/dr, then the n joints or their rates."""
 
 
 @fast_kernel
-def turns_row(n):  # type: ignore[no-untyped-def]
+def turns_row(n: int) -> int:
     """Return the first row of du/dr."""
     return U + n - 2
 
 
 @fast_kernel
-def joints_row(n):  # type: ignore[no-untyped-def]
+def joints_row(n: int) -> int:
     """Return the first row of the joints, or of their rates."""
     return U + 2 * (n - 2)
 
 
 @fast_kernel
-def blank_sheet(n, length):  # type: ignore[no-untyped-def]
+def blank_sheet(n: int, length: int) -> FloatArray:
     """Return a sheet for n links and up to `length` samples, with a column to spare."""
     return np.empty((joints_row(n) + n, length + 1))
 
 
 @fast_kernel
-def postures(links, sign, x, y, k, sheet):  # type: ignore[no-untyped-def]
+def postures(links: FloatArray, sign: float, x: FloatArray, y: FloatArray, k: int, sheet: FloatArray) -> None:
     """Fill the joints and what :func:`margins` does, for tool positions x and y (k,) and the directions u.
 
     With ``s² = (l1 + l2)² − |w|²`` and ``c² = |w|² − (l1 − l2)²``, whose sum is 4 l1 l2, θ2 is the angle of
@@ -68,7 +68,7 @@ def postures(links, sign, x, y, k, sheet):  # type: ignore[no-untyped-def]
 
 
 @fast_kernel
-def margins(links, x, y, k, sheet):  # type: ignore[no-untyped-def]
+def margins(links: FloatArray, x: FloatArray, y: FloatArray, k: int, sheet: FloatArray) -> None:
     """Fill the margins ``min((l1 + l2)² − |w|², |w|² − (l1 − l2)²)`` and the targets w.
 
     Divided by 2 (l1 + l2) a margin has the sign of the distance of the two-link target to the edge of its annulus, and
@@ -84,7 +84,7 @@ def margins(links, x, y, k, sheet):  # type: ignore[no-untyped-def]
 
 
 @fast_kernel
-def shortfall(links, k, sheet):  # type: ignore[no-untyped-def]
+def shortfall(links: FloatArray, k: int, sheet: FloatArray) -> float:
     """Return the largest distance of the two-link targets from their annulus, zero if all are inside."""
     margin, wx, wy = sheet[MARGIN], sheet[WX], sheet[WY]
     outside = 0
@@ -100,7 +100,7 @@ def shortfall(links, k, sheet):  # type: ignore[no-untyped-def]
 
 
 @fast_kernel
-def _targets(links, x, y, k, sheet):  # type: ignore[no-untyped-def]
+def _targets(links: FloatArray, x: FloatArray, y: FloatArray, k: int, sheet: FloatArray) -> None:
     """Fill the targets of the first two links, ``w = x − Σ_{j≥3} l_j e(u_j)``."""
     wx, wy = sheet[WX], sheet[WY]
     for i in range(k):
@@ -114,7 +114,16 @@ def _targets(links, x, y, k, sheet):  # type: ignore[no-untyped-def]
 
 
 @fast_kernel
-def rates(links, sign, x, y, dx, dy, k, sheet):  # type: ignore[no-untyped-def]
+def rates(
+    links: FloatArray,
+    sign: float,
+    x: FloatArray,
+    y: FloatArray,
+    dx: FloatArray,
+    dy: FloatArray,
+    k: int,
+    sheet: FloatArray,
+) -> None:
     """Fill the joint rates for tool positions and rates x, y, dx, dy (k,) and the rows u and du/dr.
 
     Algebraic in sin u and cos u: θ2' = −(w·w')/(l1 l2 sin θ2), θ1' = ((w×w') − (l2² + l1 l2 cos θ2) θ2')/|w|².

@@ -243,9 +243,7 @@ class PlanarArm:
         """
         points, directions = self._arrays(x, u)
         speeds, turning = self._arrays(dx, du, ("dx", "du"), last=0.0)
-        return planar_rates(
-            self.links, points, speeds, directions, turning, self.sign(branch)
-        )
+        return planar_rates(self.links, points, speeds, directions, turning, self.sign(branch))
 
     def derivative(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, FloatArray]:
         """Return the partial derivatives of :meth:`solve`.

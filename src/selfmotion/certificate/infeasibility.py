@@ -10,7 +10,6 @@ from selfmotion.arms.slabs import SlabCover
 from selfmotion.certificate.chains import Chains, Ends
 from selfmotion.certificate.joined import earliest, ends, leads_on, parts_at_start, sheets_at_end, with_arm
 from selfmotion.certificate.needs import needs
-from selfmotion.domain import blocked_stretches
 from selfmotion.errors import Blocked, InfeasibleError, Need, UndecidedError
 from selfmotion.problem import Problem
 
@@ -90,7 +89,7 @@ def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedErr
         If neither says so.
     """
     began = time.perf_counter()
-    blocked = blocked_stretches(problem.arm, problem.path, problem.samples, problem.elbow_branches)
+    blocked = problem.blocked
     if blocked:
         limited = all(part.cause == "joint limits" for part in blocked)
         return InfeasibleError(blocked, needs(problem, (), deadline) if limited else ())

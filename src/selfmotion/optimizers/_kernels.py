@@ -1,52 +1,93 @@
-"""How swarms move, on plain arrays, strictly: the same draws give the same bits whoever calls.
-
-A swarm is its candidates x (p, d), their velocities v (p, d), and the positions with their values that it remembers:
-each particle's best for PSO, the leaders for GWO, the best for random search. A generation takes one row of draws,
-uniform in [0, 1).
-"""
+"""How swarms move, on plain arrays, strictly: the same draws give the same bits whoever calls."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from selfmotion._compiled import kernel
+from selfmotion._types import FloatArray
 
 PSO, GWO, RANDOM = 0, 1, 2
+"""What the moves are called."""
+
+
+class Flock(NamedTuple):
+    """A swarm as kernels see it; they change its arrays.
+
+    Attributes
+    ----------
+    code : int
+        The move: PSO, GWO or RANDOM.
+    constants : array
+        What the move takes: χ, ω, φ1, φ2 and whether walls absorb for PSO, the number of generations for GWO.
+    lower, upper : array, shape (d,)
+        The box.
+    x, v : array, shape (p, d)
+        Candidates and their velocities.
+    remembered, remembered_values : array, shape (m, d) and (m,)
+        Positions and their values: each particle's best for PSO, the leaders for GWO, the best for random search.
+    """
+
+    code: int
+    constants: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    x: FloatArray
+    v: FloatArray
+    remembered: FloatArray
+    remembered_values: FloatArray
 
 
 @kernel
-def threshold(code, i, remembered_values):  # type: ignore[no-untyped-def]
+def threshold(flock: Flock, i: int) -> float:
     """Return the value above which candidate i changes nothing that the swarm does."""
-    if code == PSO:
-        return remembered_values[i]
-    return remembered_values[-1]
+    return float(flock.remembered_values[i if flock.code == PSO else -1])
 
 
 @kernel
-def move(code, x, v, remembered, remembered_values, values, draws, t, constants, lower, upper):  # type: ignore[no-untyped-def]
-    """Take the values of generation t and make the next one, in place."""
-    if code == PSO:
-        _fly(x, v, remembered, remembered_values, values, draws, constants, lower, upper)
-    elif code == GWO:
-        _hunt(x, remembered, remembered_values, values, draws, t, constants, lower, upper)
+def learn(flock: Flock, i: int, value: float) -> None:
+    """Take the value of candidate i."""
+    known = flock.remembered_values
+    if flock.code == PSO:
+        if value < known[i]:
+            known[i], flock.remembered[i] = value, flock.x[i]
+        return
+    for k in range(len(known)):
+        if value < known[k] and (k == 0 or value > known[k - 1]):
+            known[k], flock.remembered[k] = value, flock.x[i]
+            break
+
+
+@kernel
+def move(flock: Flock, draws: FloatArray, t: int) -> None:
+    """Make the generation after generation t from what was learned, with one row of draws, uniform in [0, 1)."""
+    if flock.code == PSO:
+        _fly(flock, draws)
+    elif flock.code == GWO:
+        _hunt(flock, draws, t)
     else:
-        _draw_again(x, remembered, remembered_values, values, draws, lower, upper)
+        rows, dimension = flock.x.shape
+        for i in range(rows):
+            for j in range(dimension):
+                width = flock.upper[j] - flock.lower[j]
+                flock.x[i, j] = flock.lower[j] + width * draws[i * dimension + j]
 
 
 @kernel
-def _fly(x, v, p, p_values, values, draws, constants, lower, upper):  # type: ignore[no-untyped-def]
+def _fly(flock: Flock, draws: FloatArray) -> None:
     """v ← χ(ωv + φ1 β1 (p − x) + φ2 β2 (g − x)), x ← x + v, equation (23)."""
-    chi, omega, phi1, phi2, absorb = constants[0], constants[1], constants[2], constants[3], constants[4] > 0.0
+    x, v, p, lower, upper = flock.x, flock.v, flock.remembered, flock.lower, flock.upper
+    chi, omega, phi1, phi2 = flock.constants[0], flock.constants[1], flock.constants[2], flock.constants[3]
+    absorb = flock.constants[4] > 0.0
     rows, dimension = x.shape
-    for i in range(rows):
-        if values[i] < p_values[i]:
-            p_values[i] = values[i]
-            p[i] = x[i]
-    g = p[np.argmin(p_values)]
+    best = np.argmin(flock.remembered_values)
     for i in range(rows):
         for j in range(dimension):
             beta1, beta2 = draws[i * dimension + j], draws[(rows + i) * dimension + j]
-            v[i, j] = chi * (omega * v[i, j] + phi1 * beta1 * (p[i, j] - x[i, j]) + phi2 * beta2 * (g[j] - x[i, j]))
+            own, all_best = p[i, j] - x[i, j], p[best, j] - x[i, j]
+            v[i, j] = chi * (omega * v[i, j] + phi1 * beta1 * own + phi2 * beta2 * all_best)
             moved = x[i, j] + v[i, j]
             x[i, j] = min(max(moved, lower[j]), upper[j])
             if absorb and x[i, j] != moved:
@@ -54,18 +95,11 @@ def _fly(x, v, p, p_values, values, draws, constants, lower, upper):  # type: ig
 
 
 @kernel
-def _hunt(x, leaders, best, values, draws, t, constants, lower, upper):  # type: ignore[no-untyped-def]
-    """Update the leaders wolf by wolf, then X ← the mean of X_k = X_leader − A |C X_leader − X|, (24)–(26)."""
+def _hunt(flock: Flock, draws: FloatArray, t: int) -> None:
+    """X ← the mean of X_k = X_leader − A |C X_leader − X|, (24)–(26), inside the box."""
+    x, leaders, lower, upper = flock.x, flock.remembered, flock.lower, flock.upper
     rows, dimension = x.shape
-    for i in range(rows):
-        if values[i] < best[0]:
-            leaders[0], best[0] = x[i], values[i]
-        elif best[0] < values[i] < best[1]:
-            leaders[1], best[1] = x[i], values[i]
-        elif best[1] < values[i] < best[2]:
-            leaders[2], best[2] = x[i], values[i]
-    a = 2.0 - 2.0 * t / constants[0]
-    size = rows * dimension
+    a, size = 2.0 - 2.0 * t / flock.constants[0], rows * dimension
     for i in range(rows):
         for j in range(dimension):
             total = 0.0
@@ -74,15 +108,3 @@ def _hunt(x, leaders, best, values, draws, t, constants, lower, upper):  # type:
                 big_a, big_c = 2.0 * a * draws[at] - a, 2.0 * draws[3 * size + at]
                 total += leaders[k, j] - big_a * abs(big_c * leaders[k, j] - x[i, j])
             x[i, j] = min(max(total / 3.0, lower[j]), upper[j])
-
-
-@kernel
-def _draw_again(x, best, best_value, values, draws, lower, upper):  # type: ignore[no-untyped-def]
-    """Remember the best, draw the next ones."""
-    rows, dimension = x.shape
-    for i in range(rows):
-        if values[i] < best_value[0]:
-            best[0], best_value[0] = x[i], values[i]
-    for i in range(rows):
-        for j in range(dimension):
-            x[i, j] = lower[j] + (upper[j] - lower[j]) * draws[i * dimension + j]

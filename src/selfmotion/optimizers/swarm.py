@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
 from selfmotion._types import FloatArray
 from selfmotion.optimizers.base import AskTell, Judged, Recorder, State, uniform
+
+if TYPE_CHECKING:
+    from selfmotion.optimizers._kernels import Flock
 
 _AT_ONCE = 20  # stretches that a run is cut into: how often progress is told, and Ctrl-C is heard
 
@@ -40,7 +43,7 @@ class SwarmState(State):
 
 @runtime_checkable
 class RunsSwarms(Protocol):
-    """A function that runs the generations of a swarm itself, by :func:`selfmotion.optimizers._kernels.move`."""
+    """A function that runs the generations of a swarm itself, by :mod:`selfmotion.optimizers._kernels`."""
 
     def run(self, swarm: Swarm, state: SwarmState, generations: int) -> Judged:
         """Run generations, changing `state`; return what was judged, shapes (generations, population, …)."""
@@ -76,18 +79,27 @@ class Swarm(AskTell):
         known = np.resize(x, (m, len(lower)))
         return SwarmState(lower, upper, rng, x, np.zeros_like(x), known, np.full(m, np.inf))
 
+    def flock(self, state: SwarmState) -> Flock:
+        """Return the state as kernels see it, sharing its arrays."""
+        from selfmotion.optimizers._kernels import Flock
+
+        return Flock(
+            self.code, self.constants(), state.lower, state.upper, state.x, state.v, state.remembered,
+            state.remembered_values,
+        )  # fmt: skip
+
     def draws(self, state: SwarmState, generations: int) -> FloatArray:
         """Return the random numbers of so many generations, one row each, uniform in [0, 1)."""
         return state.rng.random((generations, self.draws_per_variable * state.x.size))
 
     def tell(self, state: SwarmState, values: FloatArray) -> None:
         """Take the values of the population last asked for and move on, changing `state`."""
-        from selfmotion.optimizers._kernels import move
+        from selfmotion.optimizers._kernels import learn, move
 
-        move(
-            self.code, state.x, state.v, state.remembered, state.remembered_values, np.asarray(values, dtype=float),
-            self.draws(state, 1)[0], state.t, self.constants(), state.lower, state.upper,
-        )  # fmt: skip
+        flock = self.flock(state)
+        for i, value in enumerate(np.asarray(values, dtype=float)):
+            learn(flock, i, value)
+        move(flock, self.draws(state, 1)[0], state.t)
         state.t += 1
 
     def _drive(self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> None:

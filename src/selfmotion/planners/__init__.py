@@ -8,12 +8,12 @@ from __future__ import annotations
 from selfmotion.errors import InvalidInputError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
+from selfmotion.planners.candidates import Candidates, PlanarCandidates
 from selfmotion.planners.chain import module_problems
 from selfmotion.planners.distance import Distance, distance_from_optimum
 from selfmotion.planners.globally_optimal import Global
 from selfmotion.planners.modules import Modules
 from selfmotion.planners.moving_base import MovingBase
-from selfmotion.planners.candidates import Candidates, PlanarCandidates
 from selfmotion.planners.parametric import Parametric, Sinusoid
 from selfmotion.planners.refine import Refine
 from selfmotion.planners.series import BSpline, Harmonics
@@ -66,8 +66,8 @@ __all__ = [
     "Modules",
     "MovingBase",
     "Parametric",
-    "PlanarCandidates",
     "Plan",
+    "PlanarCandidates",
     "Planner",
     "Refine",
     "Sinusoid",

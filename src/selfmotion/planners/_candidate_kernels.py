@@ -16,7 +16,18 @@ from selfmotion._elementary_kernels import sincos
 from selfmotion._objective_kernels import chord_sum, densities
 from selfmotion._types import FloatArray, IntArray
 from selfmotion.arms._lift_kernels import overrun
-from selfmotion.arms._motion_kernels import MARGIN, WX, U, joints_row, margins, postures, rates, shortfall, turns_row
+from selfmotion.arms._motion_kernels import (
+    MARGIN,
+    WX,
+    U,
+    blank_sheet,
+    joints_row,
+    margins,
+    postures,
+    rates,
+    shortfall,
+    turns_row,
+)
 
 _TAU = 2.0 * np.pi
 
@@ -68,8 +79,8 @@ LINKS, WEIGHTS, LOWER, UPPER, START = range(5)
 
 R, RUNS, X, Y, DX, DY, BEHIND, TURNING, GIVEN = range(9)
 """Rows of a table of places: r; the steps to the next one, 0 from the last; the path and its derivative; the direction
-of what carries the arm and its derivative, 0 on a fixed base. From GIVEN on: the n − 2 rows of u as far as no coefficient
-changes them, as many of du/dr, then the functions that the coefficients of a linear family multiply, and their slopes."""
+of what carries the arm and its derivative, 0 on a fixed base. From GIVEN on: the n − 2 rows of u as far as no
+coefficient changes them, as many of du/dr, then what the coefficients of a linear family multiply, and its slopes."""
 
 
 class Panels(NamedTuple):
@@ -111,8 +122,31 @@ class Accuracy(NamedTuple):
     between: float
 
 
+class Search(NamedTuple):
+    """All that judging a candidate takes.
+
+    Attributes
+    ----------
+    family : Family
+    samples, few, nodes : array
+        Tables of places: the samples, some of them, and the nodes of the panels.
+    number : array of int
+        Which of the samples the few are.
+    panels : Panels
+    accuracy : Accuracy
+    """
+
+    family: Family
+    samples: FloatArray
+    few: FloatArray
+    nodes: FloatArray
+    number: IntArray
+    panels: Panels
+    accuracy: Accuracy
+
+
 @fast_kernel
-def _directions(family, a, places, low, k, sheet):  # type: ignore[no-untyped-def]
+def _directions(family: Family, a: FloatArray, places: FloatArray, low: int, k: int, sheet: FloatArray) -> None:
     """Fill u at the k places from `low` on."""
     rows, r = family.joints.shape[1] - 2, places[R][low:]
     for j in range(rows):
@@ -134,15 +168,25 @@ def _directions(family, a, places, low, k, sheet):  # type: ignore[no-untyped-de
 
 
 @fast_kernel
-def _turnings(family, a, places, low, k, sheet):  # type: ignore[no-untyped-def]
+def _turnings(family: Family, a: FloatArray, places: FloatArray, low: int, k: int, sheet: FloatArray) -> None:
     """Fill u and du/dr at the k places from `low` on."""
     rows, r, turns = family.joints.shape[1] - 2, places[R][low:], turns_row(family.joints.shape[1])
     for j in range(rows):
-        row, given, turn, known = sheet[U + j], places[GIVEN + j][low:], sheet[turns + j], places[GIVEN + rows + j][low:]
+        row, given, turn, known = (
+            sheet[U + j],
+            places[GIVEN + j][low:],
+            sheet[turns + j],
+            places[GIVEN + rows + j][low:],
+        )
         for i in range(k):
             row[i], turn[i] = given[i], known[i]
     for j in range(len(family.amplitude)):
-        row, turn, amplitude, rate = sheet[U + j], sheet[turns + j], family.amplitude[j], _TAU * (a[j] + family.origin[j])
+        row, turn, amplitude, rate = (
+            sheet[U + j],
+            sheet[turns + j],
+            family.amplitude[j],
+            _TAU * (a[j] + family.origin[j]),
+        )
         for i in range(k):
             sine, cosine = sincos(rate * r[i])
             row[i] += amplitude * sine
@@ -160,7 +204,7 @@ def _turnings(family, a, places, low, k, sheet):  # type: ignore[no-untyped-def]
 
 
 @fast_kernel
-def sampled(family, a, places, sheet):  # type: ignore[no-untyped-def]
+def sampled(family: Family, a: FloatArray, places: FloatArray, sheet: FloatArray) -> tuple[float, float]:
     """Return the chord sum over `places`, joints modulo 2π, and how far the candidate leaves the angle domain there."""
     k, n = places.shape[1], family.joints.shape[1]
     joints = joints_row(n)
@@ -181,14 +225,14 @@ def sampled(family, a, places, sheet):  # type: ignore[no-untyped-def]
 
 
 @fast_kernel
-def _short_of_reach(family, k, sheet):  # type: ignore[no-untyped-def]
+def _short_of_reach(family: Family, k: int, sheet: FloatArray) -> float:
     """Return by how much the k targets on the sheet leave reach at worst, in parts of it, zero inside."""
     short = shortfall(family.joints[LINKS], k, sheet) / family.reach
     return short if short > family.rounding else 0.0
 
 
 @fast_kernel
-def _out_of_reach(family, a, places, low, k, sheet):  # type: ignore[no-untyped-def]
+def _out_of_reach(family: Family, a: FloatArray, places: FloatArray, low: int, k: int, sheet: FloatArray) -> float:
     """Return how far out of reach the candidate is at the k places from `low` on."""
     _directions(family, a, places, low, k, sheet)
     margins(family.joints[LINKS], places[X][low:], places[Y][low:], k, sheet)
@@ -196,7 +240,7 @@ def _out_of_reach(family, a, places, low, k, sheet):  # type: ignore[no-untyped-
 
 
 @fast_kernel
-def _violation(family, a, places, sheet):  # type: ignore[no-untyped-def]
+def _violation(family: Family, a: FloatArray, places: FloatArray, sheet: FloatArray) -> float:
     """Return how far the candidate leaves the angle domain at `places`, as `sampled` does."""
     if len(family.limited):
         return sampled(family, a, places, sheet)[1]
@@ -204,11 +248,12 @@ def _violation(family, a, places, sheet):  # type: ignore[no-untyped-def]
 
 
 @fast_kernel
-def _is_inside(family, a, samples, few, number, near, sheet):  # type: ignore[no-untyped-def]
-    """Return whether a candidate that is inside at `few` of the samples, with margins `near`, is so at all of them.
+def _is_inside(search: Search, a: FloatArray, near: FloatArray, sheet: FloatArray) -> bool:
+    """Return whether a candidate that is inside at the few samples, with margins `near`, is so at all of them.
 
     Between two of them a target moves by no more than its speed allows: most stretches need not be looked at.
     """
+    family, samples, number = search.family, search.samples, search.number
     if len(family.limited) or family.functions:
         return _violation(family, a, samples, sheet) == 0.0
     links, speed = family.joints[LINKS], family.speed
@@ -216,7 +261,7 @@ def _is_inside(family, a, samples, few, number, near, sheet):  # type: ignore[no
         speed += links[j + 2] * abs(family.amplitude[j] * _TAU * (a[j] + family.origin[j]))
     bar = 2.0 * (links[0] + links[1]) * speed
     for i in range(len(number) - 1):
-        if near[i] + near[i + 1] <= bar * few[RUNS, i]:
+        if near[i] + near[i + 1] <= bar * search.few[RUNS, i]:
             low = number[i] + 1
             if _out_of_reach(family, a, samples, low, number[i + 1] - low, sheet) > 0.0:
                 return False
@@ -224,7 +269,9 @@ def _is_inside(family, a, samples, few, number, near, sheet):  # type: ignore[no
 
 
 @fast_kernel
-def _panel_sums(family, a, places, panels, low, count, sheet):  # type: ignore[no-untyped-def]
+def _panel_sums(
+    family: Family, a: FloatArray, places: FloatArray, panels: Panels, low: int, count: int, sheet: FloatArray
+) -> None:
     """Fill the first `count` columns of row WX with the weighted sums of panels whose nodes start at place `low`."""
     joints, size = joints_row(family.joints.shape[1]), len(panels.weights)
     k = size * count
@@ -247,7 +294,15 @@ def _panel_sums(family, a, places, panels, low, count, sheet):  # type: ignore[n
 
 
 @fast_kernel
-def integral(family, a, places, panels, tolerance, threshold, sheet):  # type: ignore[no-untyped-def]
+def integral(
+    family: Family,
+    a: FloatArray,
+    places: FloatArray,
+    panels: Panels,
+    tolerance: float,
+    threshold: float,
+    sheet: FloatArray,
+) -> tuple[float, float]:
     """Return the cost as an integral and the estimate of its error, NaN where a node is out of reach.
 
     A panel's error is what its halves change. It is that of the panel, far above that of the halves, which are what is
@@ -268,65 +323,89 @@ def integral(family, a, places, panels, tolerance, threshold, sheet):  # type: i
 
 
 @fast_kernel
-def _halved(family, a, places, panels, tolerance, threshold, value, error, sheet):  # type: ignore[no-untyped-def]
-    """Go on with :func:`integral` from the sums of all panels and their halves, halving where the error is."""
+def _halved(
+    family: Family,
+    a: FloatArray,
+    places: FloatArray,
+    panels: Panels,
+    tolerance: float,
+    threshold: float,
+    value: float,
+    error: float,
+    sheet: FloatArray,
+) -> tuple[float, float]:
+    """Go on with :func:`integral` from the sums of all panels and their halves, level by level, where the error is."""
     size, count, half, sums = len(panels.weights), len(panels.half), panels.half, sheet[WX]
-    # What is still to be halved: level, number, cost, and its share of the error.
-    most = 2 * count + panels.depth
-    levels, numbers = np.empty(most, np.int64), np.empty(most, np.int64)
-    costs, shares = np.empty(most), np.empty(most)
-    waiting = 0
-    for p in range(count):
-        left, right = 0.5 * half[p] * sums[count + 2 * p], 0.5 * half[p] * sums[count + 2 * p + 1]
-        lost = abs(half[p] * sums[p] - (left + right))
-        if lost > tolerance * value * 2.0 * half[p]:
-            levels[waiting : waiting + 2], shares[waiting : waiting + 2] = 1, 0.5 * lost
-            numbers[waiting], numbers[waiting + 1] = 2 * p, 2 * p + 1
-            costs[waiting], costs[waiting + 1] = left, right
-            waiting += 2
-    while waiting and error > tolerance * value and value - error <= threshold:
-        waiting -= 1
-        level, number, cost, share = levels[waiting] + 1, 2 * numbers[waiting], costs[waiting], shares[waiting]
-        _panel_sums(family, a, places, panels, size * (count * ((1 << level) - 1) + number), 2, sheet)
-        width = half[number >> level] / (1 << level)
-        left, right = width * sums[0], width * sums[1]
-        lost = abs(cost - (left + right))
-        value += left + right - cost
-        error += lost - share
+    together = 3 * count  # panels that the sheet holds
+    most = count << panels.depth
+    # Of the level reached: the panels' costs, and what halving their parents changed, which each half has half of.
+    costs, lost = np.empty(most), np.zeros(most)
+    finer, finer_lost = np.empty(most), np.zeros(most)
+    for p in range(2 * count):
+        costs[p] = 0.5 * half[p >> 1] * sums[count + p]
+        lost[p] = 0.5 * abs(half[p >> 1] * (sums[p >> 1] - 0.5 * (sums[count + (p & -2)] + sums[count + (p | 1)])))
+    for level in range(1, panels.depth):
+        first = size * count * ((2 << level) - 1)  # node of the next level
+        finer_lost[: 2 * count << level] = 0.0
+        p, end = 0, count << level
+        while p < end:
+            width = half[p >> level] / (1 << level)
+            if lost[p] <= tolerance * value * width:
+                p += 1
+                continue
+            run = 1
+            while p + run < end and 2 * run + 2 <= together and lost[p + run] > tolerance * value * width:
+                run += 1
+            _panel_sums(family, a, places, panels, first + 2 * size * p, 2 * run, sheet)
+            for i in range(run):
+                width = 0.5 * half[(p + i) >> level] / (1 << level)
+                left, right = width * sums[2 * i], width * sums[2 * i + 1]
+                change = abs(costs[p + i] - (left + right))
+                value += left + right - costs[p + i]
+                error += change - lost[p + i]
+                child = 2 * (p + i)
+                finer[child], finer[child + 1] = left, right
+                finer_lost[child] = finer_lost[child + 1] = 0.5 * change
+            p += run
         if not np.isfinite(value):
             return np.nan, np.nan
-        if level < panels.depth and lost > tolerance * value * 4.0 * width:
-            levels[waiting : waiting + 2], shares[waiting : waiting + 2] = level, 0.5 * lost
-            numbers[waiting], numbers[waiting + 1] = number, number + 1
-            costs[waiting], costs[waiting + 1] = left, right
-            waiting += 2
+        if error <= tolerance * value or value - error > threshold:
+            break
+        costs, finer = finer, costs
+        lost, finer_lost = finer_lost, lost
     return value, max(error, 0.0)
 
 
 @kernel
-def judge(family, a, samples, few, number, nodes, panels, accuracy, threshold, sheet):  # type: ignore[no-untyped-def]
+def sheet_for(search: Search) -> FloatArray:
+    """Return a sheet for as many places as are looked at together."""
+    most = max(search.samples.shape[1], 3 * len(search.panels.half) * len(search.panels.weights))
+    return blank_sheet(search.family.joints.shape[1], most)
+
+
+@kernel
+def judge(search: Search, a: FloatArray, threshold: float, sheet: FloatArray) -> tuple[float, bool]:
     """Return a candidate's value as optimizers rank it, and whether it is more than a lower bound on it.
 
-    Only a value that may be below `threshold` is computed to the end. `samples`, `few` of them with their `number`, and
-    the `nodes` of `panels` are tables of places.
+    Only a value that may be below `threshold` is computed to the end.
     """
-    infeasible = accuracy.infeasible
+    family, accuracy, infeasible = search.family, search.accuracy, search.accuracy.infeasible
     if accuracy.sampled:
-        cost, violation = sampled(family, a, samples, sheet)
+        cost, violation = sampled(family, a, search.samples, sheet)
         return (infeasible * (1.0 + violation) if violation > 0.0 else cost), True
-    chords, violation = sampled(family, a, few, sheet)
+    chords, violation = sampled(family, a, search.few, sheet)
     if violation > 0.0:
         if infeasible * (1.0 + violation) > threshold:
             return infeasible * (1.0 + violation), False
-        return infeasible * (1.0 + _violation(family, a, samples, sheet)), True
+        return infeasible * (1.0 + _violation(family, a, search.samples, sheet)), True
     if chords > threshold:
         return chords, False
-    near = sheet[MARGIN][: len(number)].copy()
-    cost, error = integral(family, a, nodes, panels, accuracy.tolerance, threshold, sheet)
+    near = sheet[MARGIN][: len(search.number)].copy()
+    cost, error = integral(family, a, search.nodes, search.panels, accuracy.tolerance, threshold, sheet)
     if cost - error > threshold:
         return max(cost - error, chords), False
-    if not _is_inside(family, a, samples, few, number, near, sheet):
-        return infeasible * (1.0 + _violation(family, a, samples, sheet)), True
+    if not _is_inside(search, a, near, sheet):
+        return infeasible * (1.0 + _violation(family, a, search.samples, sheet)), True
     if np.isnan(cost):
         return infeasible * (1.0 + accuracy.between), True
     return cost, True

@@ -2,48 +2,37 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from selfmotion._compiled import kernel
-from selfmotion.arms._motion_kernels import blank_sheet
-from selfmotion.optimizers._kernels import move, threshold
-from selfmotion.planners._candidate_kernels import judge
-
-
-@kernel
-def _sheet_for(family, samples, panels):  # type: ignore[no-untyped-def]
-    """Return a sheet for as many places as are looked at together."""
-    most = max(samples.shape[1], 3 * len(panels.half) * len(panels.weights))
-    return blank_sheet(family.joints.shape[1], most)
+from selfmotion._types import BoolArray, FloatArray
+from selfmotion.optimizers._kernels import Flock, learn, move, threshold
+from selfmotion.planners._candidate_kernels import Search, judge, sheet_for
 
 
 @kernel
 def run(
-    code, x, v, remembered, remembered_values, draws, t, constants, lower, upper,
-    family, samples, few, number, nodes, panels, accuracy, out, values, exact,
-):  # type: ignore[no-untyped-def]  # fmt: skip
-    """Run len(draws) generations from generation t on, changing the swarm in place.
+    flock: Flock, draws: FloatArray, t: int, search: Search, out: FloatArray, values: FloatArray, exact: BoolArray
+) -> None:
+    """Run len(draws) generations from generation t on, changing the flock in place.
 
     Fills `out` (g, p, d), `values` (g, p) and `exact` (g, p): the candidates, their values, and whether these are more
     than lower bounds.
     """
-    sheet = _sheet_for(family, samples, panels)
+    sheet = sheet_for(search)
     for g in range(len(draws)):
-        for i in range(len(x)):
-            for j in range(x.shape[1]):
-                out[g, i, j] = x[i, j]
-            bar = threshold(code, i, remembered_values)
-            values[g, i], exact[g, i] = judge(
-                family, x[i], samples, few, number, nodes, panels, accuracy, bar, sheet
-            )
-        move(code, x, v, remembered, remembered_values, values[g], draws[g], t + g, constants, lower, upper)
+        for i in range(len(flock.x)):
+            candidate = out[g, i]
+            candidate[:] = flock.x[i]
+            value, known = judge(search, candidate, threshold(flock, i), sheet)
+            learn(flock, i, value)
+            values[g, i], exact[g, i] = value, known
+        move(flock, draws[g], t + g)
 
 
 @kernel
-def judge_all(population, thresholds, family, samples, few, number, nodes, panels, accuracy, values, exact):  # type: ignore[no-untyped-def]
+def judge_all(
+    population: FloatArray, thresholds: FloatArray, search: Search, values: FloatArray, exact: BoolArray
+) -> None:
     """Judge a population (p, d), filling `values` and `exact` (p,)."""
-    sheet = _sheet_for(family, samples, panels)
+    sheet = sheet_for(search)
     for i in range(len(population)):
-        values[i], exact[i] = judge(
-            family, population[i], samples, few, number, nodes, panels, accuracy, thresholds[i], sheet
-        )
+        values[i], exact[i] = judge(search, population[i], thresholds[i], sheet)

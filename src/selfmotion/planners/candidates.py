@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from selfmotion.problem import Problem
 from selfmotion.profiles import LinearProfile, Profile, SinusoidProfile
 
 if TYPE_CHECKING:
-    from selfmotion.planners._candidate_kernels import Family, Panels
+    from selfmotion.planners._candidate_kernels import Family, Panels, Search
 
 Ranking = Literal["integral", "samples"]
 RANKINGS: tuple[Ranking, ...] = ("integral", "samples")
@@ -112,10 +112,10 @@ class PlanarCandidates(Candidates):
 
     Notes
     -----
-    The integral is that of closed-form joint rates by Gauss panels, halved until the error estimate is 1e-9 of the value
-    or the candidate is known to lie above what would change the search: by the estimate, or by the chord sum over a
-    thirty-second of the samples, which no integral falls below. A candidate is feasible if it is at all samples, as
-    with the chord sum, and in reach at every node.
+    The integral is that of closed-form joint rates by Gauss panels, halved until the error estimate is 1e-8 of the
+    value or the candidate is known to lie above what would change the search: by the estimate, or by the chord sum over
+    32 of the samples, which no integral falls below. A candidate is feasible if it is at all samples, as with the chord
+    sum, and in reach at every node.
     """
 
     def __init__(
@@ -130,11 +130,7 @@ class PlanarCandidates(Candidates):
         super().__init__(problem, profile, branch, carrier)
         self.profile: SinusoidProfile | LinearProfile = profile
         self.ranking = ranking
-        self._family = self._family_of(shift)
-        self._number = np.unique(np.linspace(0, len(self.r) - 1, _FEW).round().astype(int))
-        self._samples = self._places(self.r, self.x)
-        self._few = self._places(self.r[self._number], self.x[self._number])
-        self._panels, self._nodes = self._quadrature()
+        self._search = self._search_on(shift)
 
     def __call__(self, population: FloatArray) -> FloatArray:
         """Return the values of a population, shape (p, d), as the optimizers rank them; see :class:`Candidates`."""
@@ -158,7 +154,7 @@ class PlanarCandidates(Candidates):
         rows = np.ascontiguousarray(population, dtype=float)
         values, exact = np.empty(len(rows)), np.empty(len(rows), dtype=bool)
         bars = np.broadcast_to(np.asarray(thresholds, dtype=float), len(rows)).copy()
-        judge_all(rows, bars, *self._arguments(), values, exact)
+        judge_all(rows, bars, self._search, values, exact)
         return Judged(rows, values, exact)
 
     def run(self, swarm: Swarm, state: SwarmState, generations: int) -> Judged:
@@ -167,18 +163,24 @@ class PlanarCandidates(Candidates):
 
         shape = (generations, *state.x.shape)
         judged = Judged(np.empty(shape), np.empty(shape[:2]), np.empty(shape[:2], dtype=bool))
-        run(
-            swarm.code, state.x, state.v, state.remembered, state.remembered_values, swarm.draws(state, generations),
-            state.t, swarm.constants(), state.lower, state.upper, *self._arguments(), *judged,
-        )  # fmt: skip
+        run(swarm.flock(state), swarm.draws(state, generations), state.t, self._search, *judged)
         state.t += generations
         return judged
 
-    def _arguments(self) -> tuple[Any, ...]:
-        from selfmotion.planners._candidate_kernels import Accuracy
+    def _search_on(self, shift: float) -> Search:
+        from selfmotion.planners._candidate_kernels import Accuracy, Search
 
-        accuracy = Accuracy(self.ranking == "samples", _TOLERANCE, INFEASIBLE, _BETWEEN)
-        return self._family, self._samples, self._few, self._number, self._nodes, self._panels, accuracy
+        number = np.unique(np.linspace(0, len(self.r) - 1, _FEW).round().astype(int))
+        panels, nodes = self._quadrature()
+        return Search(
+            self._family_of(shift),
+            self._places(self.r, self.x),
+            self._places(self.r[number], self.x[number]),
+            nodes,
+            number,
+            panels,
+            Accuracy(self.ranking == "samples", _TOLERANCE, INFEASIBLE, _BETWEEN),
+        )
 
     def _family_of(self, shift: float) -> Family:
         from selfmotion._objective_kernels import KINDS
@@ -189,16 +191,15 @@ class PlanarCandidates(Candidates):
         assert isinstance(arm, PlanarArm)
         limits = arm.limits if carrier is None else carrier.limits
         start = np.full(arm.n, np.nan) if problem.start is None or problem.start.q is None else problem.start.q
-        is_linear = isinstance(profile, LinearProfile)
         return Family(
             objective=KINDS[problem.objective.kind],
             sign=arm.sign(self.branch),
             joints=np.stack([arm.links, problem.weights, limits.lower, limits.upper, start]),
             limited=np.flatnonzero(_may_be_met(limits, arm.sign(self.branch), start)),
-            amplitude=np.array([] if is_linear else profile.amplitude),
+            amplitude=profile.amplitude.copy() if isinstance(profile, SinusoidProfile) else np.empty(0),
             origin=np.full(variables, shift),
             n_u=arm.n_u,
-            functions=variables // arm.n_u if is_linear else 0,
+            functions=variables // arm.n_u if isinstance(profile, LinearProfile) else 0,
             absolute=carrier is not None and carrier.absolute,
             rounding=_ROUNDING,
             reach=arm.reach,

@@ -10,7 +10,6 @@ import numpy as np
 from selfmotion._types import FloatArray
 from selfmotion.arms import PlanarArm, RedundantArm
 from selfmotion.arms.limits import JointBox, JointLimits
-from selfmotion.domain import blocked_stretches
 from selfmotion.errors import Blocked, InfeasibleError, InvalidInputError
 from selfmotion.motion import Motion
 from selfmotion.paths import Path, Relative
@@ -101,7 +100,7 @@ class Chain:
             Naming the moving base, where along the path it is wrong, and by how much if it is out of reach.
         """
         for i, module in enumerate(self.modules):
-            blocked = blocked_stretches(module.arm, module.path, module.samples, module.elbow_branches)
+            blocked = module.blocked
             if not blocked:
                 continue
             remedy = f"move it, or widen the limits of joints {3 * i + 1} to {3 * i + 3}"
@@ -260,7 +259,7 @@ def refuse_what_modules_cannot_keep(problem: Problem, kind: str) -> None:
     for name, value in (("start", problem.start), ("end", problem.end), ("cyclic", problem.cyclic or None)):
         if value is not None:
             raise InvalidInputError(name, f"cannot be kept by planner {kind}", "leave it out, or use planner: refine")
-    blocked = blocked_stretches(problem.arm, problem.path, problem.samples, problem.elbow_branches)
+    blocked = problem.blocked
     if blocked:
         raise InfeasibleError(blocked)
 

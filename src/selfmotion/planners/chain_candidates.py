@@ -13,8 +13,8 @@ from selfmotion.angles import TAU
 from selfmotion.errors import InvalidInputError
 from selfmotion.optimizers import penalised
 from selfmotion.paths import Path
-from selfmotion.planners.chain import module_arms, splittable, true_joints
 from selfmotion.planners.candidates import in_blocks
+from selfmotion.planners.chain import module_arms, splittable, true_joints
 from selfmotion.problem import Problem
 
 PLACES = 200

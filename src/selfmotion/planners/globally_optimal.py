@@ -11,7 +11,6 @@ from selfmotion._checks import number, positive
 from selfmotion._types import FloatArray
 from selfmotion.angles import wrap
 from selfmotion.certificate.joined import leads_on
-from selfmotion.domain import blocked_stretches
 from selfmotion.errors import Blocked, InfeasibleError, InvalidInputError, NothingFeasibleError, UndecidedError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
@@ -104,9 +103,7 @@ class _Search:
 
     def plan(self) -> Plan:
         problem = self.problem
-        if not leads_on(problem) or blocked_stretches(
-            problem.arm, problem.path, problem.samples, problem.elbow_branches
-        ):
+        if not leads_on(problem) or problem.blocked:
             self._explain()
         argument = self._prove()
         self._polish()

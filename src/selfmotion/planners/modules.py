@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from selfmotion._checks import angles, choice
-from selfmotion._types import FloatArray, Vector
+from selfmotion._types import Vector
 from selfmotion.errors import InvalidInputError, NothingFeasibleError
 from selfmotion.motion import Motion
 from selfmotion.optimizers import Optimizer, Progress, counting
@@ -125,7 +125,7 @@ class Modules(SearchingPlanner):
             reason = f"is zero for module {module}: no frequency changes its curve"
             raise InvalidInputError("amplitude", reason, "give one that is not", amplitude)
         self.first_joints = choice("first_joints", first_joints, ("relative", "absolute"))
-        self.ranking = choice("ranking", ranking, RANKINGS)
+        self.ranking: Ranking = choice("ranking", ranking, RANKINGS)  # type: ignore[assignment]
 
     def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
         """Plan a motion; see :meth:`Planner.plan`.

@@ -14,7 +14,6 @@ import numpy as np
 from selfmotion._checks import choice, finite_array
 from selfmotion._types import FloatArray, Vector
 from selfmotion.angles import wrap
-from selfmotion.domain import blocked_stretches
 from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError
 from selfmotion.motion import Motion
 from selfmotion.optimizers import INFEASIBLE, Optimizer, Progress, Result, counting, violation_of
@@ -99,7 +98,7 @@ class Parametric(SearchingPlanner):
 
     def __init__(self, optimizer: Optimizer, ranking: Ranking = "integral") -> None:
         super().__init__(optimizer)
-        self.ranking = choice("ranking", ranking, RANKINGS)
+        self.ranking: Ranking = choice("ranking", ranking, RANKINGS)  # type: ignore[assignment]
 
     @abstractmethod
     def profile_for(self, problem: Problem) -> Profile:
@@ -145,7 +144,7 @@ class Parametric(SearchingPlanner):
         profile = self.profile_for(problem)
         optimizer = self.optimizer_for(profile)
         self._check(problem, profile, optimizer)
-        blocked = blocked_stretches(problem.arm, problem.path, problem.samples, problem.elbow_branches)
+        blocked = problem.blocked
         if blocked:
             raise InfeasibleError(blocked)
         branches = self.starting_branches(problem, profile)

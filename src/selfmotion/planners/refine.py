@@ -10,7 +10,6 @@ from typing import Any, Literal, NoReturn, Self
 import numpy as np
 
 from selfmotion._checks import integer, number, positive
-from selfmotion.domain import blocked_stretches
 from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
@@ -111,7 +110,7 @@ class _Search:
 
     def plan(self) -> Plan:
         problem = self.problem
-        blocked = blocked_stretches(problem.arm, problem.path, problem.samples, problem.elbow_branches)
+        blocked = problem.blocked
         if blocked:
             raise InfeasibleError(blocked)
         stopped = self._search()

@@ -8,7 +8,7 @@ from selfmotion.arms import PlanarArm
 from selfmotion.exchange import Trajectory
 from selfmotion.optimizers import Progress
 from selfmotion.paths import Bezier
-from selfmotion.planners import Candidates, Plan, Sinusoid
+from selfmotion.planners import Candidates, Plan, PlanarCandidates, Sinusoid
 from selfmotion.problem import Problem
 from selfmotion.profiles import SinusoidProfile
 from selfmotion.report.cases import SAMPLES, Case, Printed, single_runs
@@ -69,14 +69,14 @@ def plans(seed: int, progress: Progress | None = None) -> dict[str, Plan]:
     """Return the single run of each optimizer (Table II), by label."""
     return single_runs(
         problem(),
-        lambda optimizer: Sinusoid([OFFSET], amplitude=[AMPLITUDE], optimizer=optimizer),
+        lambda optimizer: Sinusoid([OFFSET], amplitude=[AMPLITUDE], optimizer=optimizer, ranking="samples"),
         seed,
         progress,
     )
 
 
 def _candidates() -> Candidates:
-    return Candidates(problem(), SinusoidProfile([OFFSET], [AMPLITUDE]), branch=0)
+    return PlanarCandidates(problem(), SinusoidProfile([OFFSET], [AMPLITUDE]), branch=0)
 
 
 CASE = Case("3R", PRINTED, _candidates)

@@ -11,8 +11,8 @@ from selfmotion.arms import PlanarArm
 from selfmotion.optimizers import DifferentialEvolution, Progress
 from selfmotion.paths import Bezier, Clothoid
 from selfmotion.planners import Candidates, Modules, MovingBase, Plan, Refine, module_problems
+from selfmotion.planners.candidates import Carrier, PlanarCandidates
 from selfmotion.planners.chain import module_arms
-from selfmotion.planners.modules import ModuleCandidates
 from selfmotion.problem import Problem
 from selfmotion.profiles import SinusoidProfile
 from selfmotion.report.cases import SAMPLES, Case, Printed, single_runs
@@ -64,7 +64,7 @@ def plans(reading: str, seed: int, progress: Progress | None = None) -> dict[str
     """Return the single run of each optimizer (Table III), by label, in one of the `READINGS`."""
     return single_runs(
         problem(),
-        lambda optimizer: Modules([moving_base()], OFFSET, AMPLITUDE, optimizer, READINGS[reading]),
+        lambda optimizer: Modules([moving_base()], OFFSET, AMPLITUDE, optimizer, READINGS[reading], "samples"),
         seed,
         progress,
     )
@@ -102,7 +102,7 @@ def _profile(module: int) -> SinusoidProfile:
 
 
 def _alone(module: int) -> Candidates:
-    return Candidates(modules()[module], _profile(module), branch=0)
+    return PlanarCandidates(modules()[module], _profile(module), branch=0)
 
 
 FIXED = Case(NAMES[0], PRINTED_FIXED, lambda: _alone(0))
@@ -116,8 +116,7 @@ def true_joints(carrier: float) -> Case:
 
     def candidates() -> Candidates:
         limits = module_arms(arm())[1].limits
-        return ModuleCandidates(
-            modules()[1], _profile(1), 0, limits, lambda r: _profile(0)([carrier], r)[:, 0], absolute=False
-        )
+        turning = Carrier(limits, lambda r, order: _profile(0)([carrier], r, order)[:, 0], absolute=False)
+        return PlanarCandidates(modules()[1], _profile(1), 0, turning)
 
     return Case(NAMES[2], PRINTED_MOVING, candidates)
