@@ -231,7 +231,7 @@ class Parametric(SearchingPlanner):
                 return candidate, motion
         if checked:
             raise NothingFeasibleError(
-                f"of {evaluations} candidates some hold at the samples, but the best {checked} break between them",
+                f"the best {checked} of {evaluations} candidates hold at the samples, but break between them",
                 "give more samples",
                 evaluations,
                 0.0,

@@ -10,6 +10,7 @@ from selfmotion.angles import wrap
 from selfmotion.errors import InvalidInputError
 from selfmotion.optimizers import Optimizer
 from selfmotion.planners.base import refuse_own_bounds
+from selfmotion.planners.candidates import Ranking
 from selfmotion.planners.parametric import Parametric
 from selfmotion.problem import Problem
 from selfmotion.profiles import BSplineProfile, HarmonicsProfile, LinearProfile, Profile
@@ -27,12 +28,13 @@ class Series(Parametric):
         Positive [rad].
     optimizer : Optimizer
         Without bounds of its own.
+    ranking : {"integral", "samples"}
     """
 
     vectors = ("offset", "span")
 
-    def __init__(self, offset: Vector | None, span: Vector, optimizer: Optimizer) -> None:
-        super().__init__(optimizer)
+    def __init__(self, offset: Vector | None, span: Vector, optimizer: Optimizer, ranking: Ranking) -> None:
+        super().__init__(optimizer, ranking)
         refuse_own_bounds(optimizer, self.kind, "span")
         self.span = angles("span", span)
         if not (self.span > 0).all():
@@ -69,6 +71,8 @@ class Harmonics(Series):
         Number of sines, from 1 to 200.
     optimizer : Optimizer
         Searches travel and a; its ``bounds`` must be left out, for `span` sets them.
+    ranking : {"integral", "samples"}
+        What candidates are ranked by, the integral or the chord sum over the problem's samples.
 
     Raises
     ------
@@ -83,8 +87,16 @@ class Harmonics(Series):
     kind = "harmonics"
     slower = "lower planner.harmonics"
 
-    def __init__(self, offset: Vector | None = None, *, span: Vector, harmonics: int = 5, optimizer: Optimizer) -> None:
-        super().__init__(offset, span, optimizer)
+    def __init__(
+        self,
+        offset: Vector | None = None,
+        *,
+        span: Vector,
+        harmonics: int = 5,
+        optimizer: Optimizer,
+        ranking: Ranking = "integral",
+    ) -> None:
+        super().__init__(offset, span, optimizer, ranking)
         self.harmonics = integer("harmonics", harmonics, 1, MOST_HARMONICS)
 
     def profile_for(self, problem: Problem) -> HarmonicsProfile:
@@ -108,6 +120,8 @@ class BSpline(Series):
         Number of coefficients of a component, from 4 to 500; those fixed by a given start or end count.
     optimizer : Optimizer
         Searches the coefficients; its ``bounds`` must be left out, for `span` sets them.
+    ranking : {"integral", "samples"}
+        What candidates are ranked by, the integral or the chord sum over the problem's samples.
 
     Raises
     ------
@@ -124,9 +138,15 @@ class BSpline(Series):
     slower = "lower planner.coefficients"
 
     def __init__(
-        self, offset: Vector | None = None, *, span: Vector, coefficients: int = 8, optimizer: Optimizer
+        self,
+        offset: Vector | None = None,
+        *,
+        span: Vector,
+        coefficients: int = 8,
+        optimizer: Optimizer,
+        ranking: Ranking = "integral",
     ) -> None:
-        super().__init__(offset, span, optimizer)
+        super().__init__(offset, span, optimizer, ranking)
         self.coefficients = integer("coefficients", coefficients, FEWEST_COEFFICIENTS, MOST_COEFFICIENTS)
 
     def profile_for(self, problem: Problem) -> BSplineProfile:
