@@ -370,7 +370,9 @@ def test_candidates_that_break_between_the_samples_are_passed_over():
     arm = sm.PlanarArm([30] * 6, [*LIMITS[:3], (limit - 0.01, limit + 0.01), *LIMITS[4:]])
     assert np.ptp(loose(np.linspace(0, 1, 7))[:, 3]) < 0.001
     assert np.ptp(loose(np.linspace(0, 1, 700))[:, 3]) > 0.05
-    with pytest.raises(sm.NothingFeasibleError, match=r"module 2: the best 20 of 20 candidates hold at the samples.*between"):
+    with pytest.raises(
+        sm.NothingFeasibleError, match=r"module 2: the best 20 of 20 candidates hold at the samples.*between"
+    ):
         sm.plan(sm.Problem(arm, path, samples=7), planner(**still))
 
 

@@ -5,7 +5,6 @@ import statistics
 import numpy as np
 import pytest
 
-from selfmotion.optimizers import GA
 from selfmotion.report import seed_3r, seed_runs
 
 CASES = list(seed_runs.CASES)
@@ -87,12 +86,11 @@ def test_the_shifted_copy_is_the_same_problem_elsewhere(study):
     assert (np.abs(shifted["GWO"].best - plain["GWO"].best).max(axis=1) > 1e-4).all()
 
 
-def test_remembered_values_are_the_computed_ones():
-    optimizer = GA(bounds=(0.0, 15.0), iterations=20, seed=5)
-    direct = optimizer.minimize(lambda population: THREE.fitness(population[:, 0]), 1)
-    remembered = optimizer.minimize(seed_runs._Remembering(THREE, 0.0), 1)
-    np.testing.assert_allclose(remembered.values, direct.values, rtol=1e-14)
-    assert len(np.unique(direct.population)) < 0.6 * direct.evaluations
+@every_case
+def test_what_searches_the_shifted_copy_judges_the_same_motions(case):
+    f = np.linspace(0.0, 15.0, 40)[:, None]
+    shifted = case.case.candidates(seed_runs.SHIFT)(f - seed_runs.SHIFT)
+    np.testing.assert_allclose(shifted, case.case.fitness(f[:, 0]), rtol=1e-12)
 
 
 @every_case

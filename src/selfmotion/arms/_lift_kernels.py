@@ -12,6 +12,21 @@ _TAU = 2.0 * np.pi
 
 
 @fast_kernel
+def least_overrun(angles: FloatArray, k: int, lower: float, upper: float) -> float:
+    """Return at most what :func:`overrun` does, for samples that may be too few to count turns by.
+
+    Each one is moved by the turns that suit it best; a joint that is limited on one side can always be.
+    """
+    if not (np.isfinite(lower) and np.isfinite(upper)):
+        return 0.0
+    middle, half, worst = 0.5 * (lower + upper), 0.5 * (upper - lower), 0.0
+    for i in range(k):
+        off = abs(wrapped(angles[i] - middle)) - half
+        worst = off if off > worst else worst
+    return worst
+
+
+@fast_kernel
 def overrun(angles: FloatArray, k: int, lower: float, upper: float, start: float) -> float:
     """Return by how much a joint's samples (k,), modulo 2π, leave [lower, upper] once they are made continuous.
 

@@ -15,7 +15,7 @@ from selfmotion._compiled import fast_kernel, kernel
 from selfmotion._elementary_kernels import sincos
 from selfmotion._objective_kernels import chord_sum, densities
 from selfmotion._types import FloatArray, IntArray
-from selfmotion.arms._lift_kernels import overrun
+from selfmotion.arms._lift_kernels import least_overrun, overrun
 from selfmotion.arms._motion_kernels import (
     MARGIN,
     WX,
@@ -30,6 +30,9 @@ from selfmotion.arms._motion_kernels import (
 )
 
 _TAU = 2.0 * np.pi
+# Error estimates that lie between a value and its threshold before the value need not be known better: at a kink two
+# rules may agree by chance.
+_SAFETY = 4.0
 
 
 class Family(NamedTuple):
@@ -204,8 +207,11 @@ def _turnings(family: Family, a: FloatArray, places: FloatArray, low: int, k: in
 
 
 @fast_kernel
-def sampled(family: Family, a: FloatArray, places: FloatArray, sheet: FloatArray) -> tuple[float, float]:
-    """Return the chord sum over `places`, joints modulo 2π, and how far the candidate leaves the angle domain there."""
+def sampled(family: Family, a: FloatArray, places: FloatArray, are_all: bool, sheet: FloatArray) -> tuple[float, float]:
+    """Return the chord sum over `places`, joints modulo 2π, and how far the candidate leaves the angle domain there.
+
+    If these are not all samples, both are lower bounds on what they are at all of them.
+    """
     k, n = places.shape[1], family.joints.shape[1]
     joints = joints_row(n)
     first, behind = sheet[joints], places[BEHIND]
@@ -216,7 +222,10 @@ def sampled(family: Family, a: FloatArray, places: FloatArray, sheet: FloatArray
         first[i] -= behind[i]
     for j in family.limited:
         lower, upper, start = family.joints[LOWER, j], family.joints[UPPER, j], family.joints[START, j]
-        excess = overrun(sheet[joints + j], k, lower, upper, start)
+        if are_all:
+            excess = overrun(sheet[joints + j], k, lower, upper, start)
+        else:
+            excess = least_overrun(sheet[joints + j], k, lower, upper)
         violation += excess if excess > family.rounding else 0.0
     if family.absolute:
         for i in range(k):
@@ -243,7 +252,7 @@ def _out_of_reach(family: Family, a: FloatArray, places: FloatArray, low: int, k
 def _violation(family: Family, a: FloatArray, places: FloatArray, sheet: FloatArray) -> float:
     """Return how far the candidate leaves the angle domain at `places`, as `sampled` does."""
     if len(family.limited):
-        return sampled(family, a, places, sheet)[1]
+        return sampled(family, a, places, True, sheet)[1]
     return _out_of_reach(family, a, places, 0, places.shape[1], sheet)
 
 
@@ -306,7 +315,7 @@ def integral(
     """Return the cost as an integral and the estimate of its error, NaN where a node is out of reach.
 
     A panel's error is what its halves change. It is that of the panel, far above that of the halves, which are what is
-    kept. The work ends where the error is `tolerance` of the value, or the value less its error above `threshold`.
+    kept. The work ends where the error is `tolerance` of the value, or the value surely above `threshold`.
     """
     count, half, sums = len(panels.half), panels.half, sheet[WX]
     _panel_sums(family, a, places, panels, 0, 3 * count, sheet)
@@ -317,7 +326,7 @@ def integral(
         error += abs(half[p] * sums[p] - halves)
     if not np.isfinite(value):
         return np.nan, np.nan
-    if error <= tolerance * value or value - error > threshold or panels.depth == 1:
+    if error <= tolerance * value or value - _SAFETY * error > threshold or panels.depth == 1:
         return value, error
     return _halved(family, a, places, panels, tolerance, threshold, value, error, sheet)
 
@@ -369,7 +378,7 @@ def _halved(
             p += run
         if not np.isfinite(value):
             return np.nan, np.nan
-        if error <= tolerance * value or value - error > threshold:
+        if error <= tolerance * value or value - _SAFETY * error > threshold:
             break
         costs, finer = finer, costs
         lost, finer_lost = finer_lost, lost
@@ -391,9 +400,9 @@ def judge(search: Search, a: FloatArray, threshold: float, sheet: FloatArray) ->
     """
     family, accuracy, infeasible = search.family, search.accuracy, search.accuracy.infeasible
     if accuracy.sampled:
-        cost, violation = sampled(family, a, search.samples, sheet)
+        cost, violation = sampled(family, a, search.samples, True, sheet)
         return (infeasible * (1.0 + violation) if violation > 0.0 else cost), True
-    chords, violation = sampled(family, a, search.few, sheet)
+    chords, violation = sampled(family, a, search.few, False, sheet)
     if violation > 0.0:
         if infeasible * (1.0 + violation) > threshold:
             return infeasible * (1.0 + violation), False
@@ -402,8 +411,8 @@ def judge(search: Search, a: FloatArray, threshold: float, sheet: FloatArray) ->
         return chords, False
     near = sheet[MARGIN][: len(search.number)].copy()
     cost, error = integral(family, a, search.nodes, search.panels, accuracy.tolerance, threshold, sheet)
-    if cost - error > threshold:
-        return max(cost - error, chords), False
+    if cost - _SAFETY * error > threshold:
+        return max(cost - _SAFETY * error, chords), False
     if not _is_inside(search, a, near, sheet):
         return infeasible * (1.0 + _violation(family, a, search.samples, sheet)), True
     if np.isnan(cost):

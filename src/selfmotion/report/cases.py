@@ -10,7 +10,7 @@ import numpy as np
 
 from selfmotion._types import FloatArray
 from selfmotion.optimizers import GA, GWO, PSO, Optimizer, Progress, RandomSearch
-from selfmotion.planners import Candidates, Plan, Planner
+from selfmotion.planners import Plan, PlanarCandidates, Planner
 from selfmotion.problem import Problem
 
 BOUNDS = (0.0, 15.0)
@@ -50,21 +50,23 @@ class Case:
     printed : mapping
         Optimizer to what the paper prints.
     candidates : callable
-        Makes what judges frequencies; called when it is first needed.
+        Makes what judges frequencies from which a number was taken; called with that number.
     """
 
-    def __init__(self, name: str, printed: Mapping[str, Printed], candidates: Callable[[], Candidates]) -> None:
+    def __init__(
+        self, name: str, printed: Mapping[str, Printed], candidates: Callable[[float], PlanarCandidates]
+    ) -> None:
         self.name = name
         self.printed = printed
-        self._make = candidates
+        self.candidates = candidates
 
     @cached_property
-    def _candidates(self) -> Candidates:
-        return self._make()
+    def _plain(self) -> PlanarCandidates:
+        return self.candidates(0.0)
 
     def fitness(self, f: FloatArray | float) -> FloatArray:
         """Return the paper's F, the chord sum over its samples, at frequencies `f`, shape (p,); see `Candidates`."""
-        return self._candidates(np.atleast_1d(np.asarray(f, dtype=float))[:, None])
+        return self._plain(np.atleast_1d(np.asarray(f, dtype=float))[:, None])
 
     def dense_scan(self, points: int = 3001) -> DenseScan:
         """Scan F over the bounds and zoom in on the least value until the grid is finer than 1e-10."""

@@ -8,7 +8,7 @@ from selfmotion.arms import PlanarArm
 from selfmotion.exchange import Trajectory
 from selfmotion.optimizers import Progress
 from selfmotion.paths import Bezier
-from selfmotion.planners import Candidates, Plan, PlanarCandidates, Sinusoid
+from selfmotion.planners import Plan, PlanarCandidates, Sinusoid
 from selfmotion.problem import Problem
 from selfmotion.profiles import SinusoidProfile
 from selfmotion.report.cases import SAMPLES, Case, Printed, single_runs
@@ -75,8 +75,8 @@ def plans(seed: int, progress: Progress | None = None) -> dict[str, Plan]:
     )
 
 
-def _candidates() -> Candidates:
-    return PlanarCandidates(problem(), SinusoidProfile([OFFSET], [AMPLITUDE]), branch=0)
+def _candidates(shift: float) -> PlanarCandidates:
+    return PlanarCandidates(problem(), SinusoidProfile([OFFSET], [AMPLITUDE]), branch=0, shift=shift)
 
 
 CASE = Case("3R", PRINTED, _candidates)

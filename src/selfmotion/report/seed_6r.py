@@ -10,7 +10,7 @@ from selfmotion._types import FloatArray
 from selfmotion.arms import PlanarArm
 from selfmotion.optimizers import DifferentialEvolution, Progress
 from selfmotion.paths import Bezier, Clothoid
-from selfmotion.planners import Candidates, Modules, MovingBase, Plan, Refine, module_problems
+from selfmotion.planners import Modules, MovingBase, Plan, Refine, module_problems
 from selfmotion.planners.candidates import Carrier, PlanarCandidates
 from selfmotion.planners.chain import module_arms
 from selfmotion.problem import Problem
@@ -101,22 +101,22 @@ def _profile(module: int) -> SinusoidProfile:
     return SinusoidProfile([OFFSET[module]], [AMPLITUDE[module]])
 
 
-def _alone(module: int) -> Candidates:
-    return PlanarCandidates(modules()[module], _profile(module), branch=0)
+def _alone(module: int, shift: float) -> PlanarCandidates:
+    return PlanarCandidates(modules()[module], _profile(module), branch=0, shift=shift)
 
 
-FIXED = Case(NAMES[0], PRINTED_FIXED, lambda: _alone(0))
+FIXED = Case(NAMES[0], PRINTED_FIXED, lambda shift: _alone(0, shift))
 """The search of the first module."""
-MOVING = Case(NAMES[1], PRINTED_MOVING, lambda: _alone(1))
+MOVING = Case(NAMES[1], PRINTED_MOVING, lambda shift: _alone(1, shift))
 """The search of the second module, the fourth joint absolute: what the first one does makes no difference."""
 
 
 def true_joints(carrier: float) -> Case:
     """Return the search of the second module in true joints, the first one moving with frequency `carrier`."""
 
-    def candidates() -> Candidates:
+    def candidates(shift: float) -> PlanarCandidates:
         limits = module_arms(arm())[1].limits
         turning = Carrier(limits, lambda r, order: _profile(0)([carrier], r, order)[:, 0], absolute=False)
-        return PlanarCandidates(modules()[1], _profile(1), 0, turning)
+        return PlanarCandidates(modules()[1], _profile(1), 0, turning, shift=shift)
 
     return Case(NAMES[2], PRINTED_MOVING, candidates)

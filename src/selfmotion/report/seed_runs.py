@@ -7,9 +7,7 @@ box from 0 to 15: at 0.54 for the 3R arm, at 0.59 for the module on the fixed ba
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -61,27 +59,11 @@ class _Outcome(NamedTuple):
     evaluations: int
 
 
-class _Remembering:
-    """F of a shifted frequency, computed once per value: a GA's survivors are judged again in every generation."""
-
-    def __init__(self, case: cases.Case, shift: float) -> None:
-        self._case = case
-        self._shift = shift
-        self._known: dict[float, float] = {}
-
-    def __call__(self, population: FloatArray) -> FloatArray:
-        wanted = population[:, 0].tolist()
-        new = [y for y in dict.fromkeys(wanted) if y not in self._known]
-        if new:
-            self._known.update(zip(new, self._case.fitness(np.array(new) + self._shift).tolist(), strict=True))
-        return np.array([self._known[y] for y in wanted])
-
-
 def _one(task: _Task) -> _Outcome:
     shift = COPIES[task.copy]
     low, high = cases.BOUNDS
     optimizer = cases.optimizers(task.seed, (low - shift, high - shift))[task.label]
-    result = optimizer.minimize(_Remembering(CASES[task.case], shift), 1)
+    result = optimizer.minimize(CASES[task.case].candidates(shift), 1)
     return _Outcome(float(result.x[0]) + shift, np.array(result.history.best), result.evaluations)
 
 
@@ -96,8 +78,8 @@ def many_seeds(
         One of `CASES`.
     seed, seeds : int
     workers : int
-        Processes that share the runs. The outcome is the same to the last bit whatever their number. (Threads take as
-        long as one does: an evaluation is many short array operations, each of which asks for the interpreter's lock.)
+        Threads that share the runs: a swarm's whole run is compiled and does not ask for the interpreter's lock. The
+        outcome is the same to the last bit whatever their number.
     progress : callable, optional
         Called after each run with (done, total, least F so far).
 
@@ -109,8 +91,8 @@ def many_seeds(
     tasks = [_Task(case, copy, label, seed + k) for copy in COPIES for label in cases.COMPARED for k in range(seeds)]
     outcomes: list[_Outcome] = []
     least = np.inf
-    with _mapped(tasks, workers) as arriving:
-        for outcome in arriving:
+    with ThreadPoolExecutor(max(1, workers)) as pool:
+        for outcome in pool.map(_one, tasks):
             outcomes.append(outcome)
             least = min(least, float(outcome.best[-1]))
             if progress is not None:
@@ -126,16 +108,3 @@ def many_seeds(
             np.array([outcome.evaluations for outcome in some]),
         )
     return found
-
-
-@contextmanager
-def _mapped(tasks: list[_Task], workers: int) -> Iterator[Iterator[_Outcome]]:
-    """Give the outcomes of `tasks` in their order, as they arrive."""
-    if workers <= 1:
-        yield map(_one, tasks)
-        return
-    from multiprocessing import get_context
-
-    # Fresh processes: a fork would copy the threads of a progress bar in whatever state they are.
-    with ProcessPoolExecutor(min(workers, len(tasks)), get_context("spawn")) as pool:
-        yield pool.map(_one, tasks, chunksize=5)
