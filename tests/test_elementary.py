@@ -15,10 +15,10 @@ RNG = np.random.default_rng(0)
 
 
 @fast_kernel
-def fill_sincos(x, sine, cosine):
+def fill_sincos(x, sines, cosines):
     """As objectives use it: in a loop that runs in vector registers, sums free to be reordered."""
     for i in range(len(x)):
-        sine[i], cosine[i] = sincos(x[i])
+        sines[i], cosines[i] = sincos(x[i])
 
 
 @fast_kernel
@@ -47,9 +47,9 @@ def ulps(found, exact):
     ids=["small", "turns", "far", "near multiples of π/2", "tiny"],
 )
 def test_sine_and_cosine_are_right_to_a_unit_of_the_last_place(x):
-    sine, cosine = np.empty_like(x), np.empty_like(x)
-    fill_sincos(x, sine, cosine)
-    assert ulps(sine, [mpmath.sin(mpmath.mpf(float(v))) for v in x]) < 1.0
+    sines, cosine = np.empty_like(x), np.empty_like(x)
+    fill_sincos(x, sines, cosine)
+    assert ulps(sines, [mpmath.sin(mpmath.mpf(float(v))) for v in x]) < 1.0
     assert ulps(cosine, [mpmath.cos(mpmath.mpf(float(v))) for v in x]) < 1.0
 
 
@@ -72,12 +72,12 @@ def test_the_arctangent_on_the_axes_and_at_zero():
 
 
 def test_nan_stays_nan():
-    sine, cosine, angle = np.empty(9), np.empty(9), np.empty(9)
+    sines, cosine, angle = np.empty((3, 9))
     x = np.ones(9)
     x[4] = np.nan
-    fill_sincos(x, sine, cosine)
+    fill_sincos(x, sines, cosine)
     fill_arctan2(x, np.ones(9), angle)
-    for found in (sine, cosine, angle):
+    for found in (sines, cosine, angle):
         assert list(np.flatnonzero(np.isnan(found))) == [4]
 
 

@@ -17,15 +17,12 @@ KINDS = {"joint_travel": JOINT_TRAVEL, "l1": L1, "l2": L2}
 def chord_sum(
     kind: int, runs: FloatArray, weights: FloatArray, k: int, sheet: FloatArray, joints: int, scratch: int
 ) -> float:
-    """Return the cost of the chords between k samples of joints modulo 2π.
+    """Return the cost of the k chords that end in k samples of joints modulo 2π.
 
-    The joints are the rows of `sheet` from `joints` on, with a column more than there are samples, which is
-    overwritten; row `scratch` is one to work in. `runs` (k,) are the steps in r, the last one 0: chords are then as
-    many as samples, and what fills vector registers once does so throughout.
+    The joints are the rows of `sheet` from `joints` on, the sample before the first one in column 0; row `scratch` is
+    one to work in. `runs` (k,) are the steps in r that lead to the samples.
     """
     total, sums = 0.0, sheet[scratch]
-    for j in range(len(weights)):
-        sheet[joints + j, k] = sheet[joints + j, k - 1]
     if kind == L2:
         for i in range(k):
             sums[i] = 0.0
@@ -52,12 +49,12 @@ def chord_sum(
 
 @fast_kernel
 def densities(kind: int, weights: FloatArray, k: int, sheet: FloatArray, joints: int, into: int) -> None:
-    """Fill row `into` of `sheet` with the cost per unit of r of k rates, the rows from `joints` on."""
+    """Fill row `into` of `sheet` with the cost per unit of r of k rates, in the rows from `joints` on."""
     density = sheet[into]
     for i in range(k):
         density[i] = 0.0
     for j in range(len(weights)):
-        weight, rate = weights[j], sheet[joints + j]
+        weight, rate = weights[j], sheet[joints + j][1:]
         if kind == JOINT_TRAVEL:
             for i in range(k):
                 density[i] += weight * np.sqrt(1.0 + rate[i] * rate[i])

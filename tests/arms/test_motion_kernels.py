@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from selfmotion.angles import wrap
 from selfmotion.arms._kernels import planar_ik, planar_rates
-from selfmotion.arms._lift_kernels import overrun
+from selfmotion.arms._lift_kernels import extend, least_overrun, overrun
 from selfmotion.arms._motion_kernels import (
     MARGIN,
     U,
@@ -36,7 +36,7 @@ def targets(links, u, rng, edge):
 
 def sheet_with(links, u, du=None):
     n, k = len(links), u.shape[1]
-    sheet = blank_sheet(n, k)
+    sheet = blank_sheet(n)
     sheet[:] = np.nan  # what is read must have been written
     sheet[U : U + n - 2, :k] = u
     if du is not None:
@@ -56,7 +56,7 @@ def test_postures_are_those_of_libm(links, are_equal, edge, seed, sign):
     sheet = sheet_with(links, u)
     postures(links, sign, x.real.copy(), x.imag.copy(), K, sheet)
     q, margin = planar_ik(links, np.stack([x.real, x.imag], axis=1), u.T, sign)
-    found = sheet[joints_row(n) : joints_row(n) + n, :K]
+    found = sheet[joints_row(n) : joints_row(n) + n, 1 : K + 1]
     inside = margin > 0
     # Near a fold θ2 is a root of what rounding leaves of the target: of |x| eps, not of eps.
     sensitivity = links.sum() ** 2 / (links[0] * links[1] * np.maximum(np.abs(np.sin(q[:, 1])), 1e-8))
@@ -80,7 +80,7 @@ def test_rates_are_those_of_libm(links, seed, sign):
     x, dx = targets(links, u, rng, 1e-3), rng.normal(size=K) + 1j * rng.normal(size=K)
     sheet = sheet_with(links, u, du)
     rates(links, sign, x.real.copy(), x.imag.copy(), dx.real.copy(), dx.imag.copy(), K, sheet)
-    found = sheet[joints_row(n) : joints_row(n) + n, :K].T
+    found = sheet[joints_row(n) : joints_row(n) + n, 1 : K + 1].T
     q, _ = planar_ik(links, np.stack([x.real, x.imag], axis=1), u.T, sign)
     wanted = planar_rates(
         links, np.stack([x.real, x.imag], 1), np.stack([dx.real, dx.imag], 1), u.T, du.T, sign
@@ -98,7 +98,7 @@ def test_rates_are_nan_out_of_reach_and_infinite_at_a_fold():
     sheet = sheet_with(links, still, still)
     with np.errstate(all="ignore"):  # in the interpreter numpy warns
         rates(links, 1.0, x, np.zeros(3), np.ones(3), np.zeros(3), 3, sheet)
-    joint = sheet[joints_row(3) + 1, :3]
+    joint = sheet[joints_row(3) + 1, 1:4]
     assert np.isnan(joint[0])
     assert np.isinf(joint[1])
     assert np.isfinite(joint[2])
@@ -117,6 +117,14 @@ def test_the_shortfall_is_the_largest_distance_from_the_annulus(links, seed):
     assert shortfall(links, K, sheet) == pytest.approx(max(wanted, 0.0), abs=1e-14 * links.sum())
 
 
+def overrun_of(angles, lower, upper, start):
+    """The overrun of samples that are taken in two pieces."""
+    extent = np.empty(4)
+    extend(angles, 8, extent, True)
+    extend(angles[8:], K - 8, extent, False)
+    return overrun(extent, lower, upper, start)
+
+
 @settings(max_examples=100, deadline=None)
 @given(st.integers(0, 10**6), st.floats(-12.0, 12.0), st.floats(0.0, 14.0), st.booleans())
 def test_the_overrun_of_a_joint_is_that_of_its_limits(seed, lower, span, is_started):
@@ -125,15 +133,18 @@ def test_the_overrun_of_a_joint_is_that_of_its_limits(seed, lower, span, is_star
     start = angles[0] + 2 * np.pi * rng.integers(-2, 3) if is_started else None
     limits = JointLimits([(lower, lower + span)], 1)
     wanted = limits.lift(wrap(angles)[None, :, None].copy(), None if start is None else [start]).excess[0, 0]
-    found = overrun(wrap(angles), K, lower, lower + span, np.nan if start is None else start)
+    found = overrun_of(wrap(angles), lower, lower + span, np.nan if start is None else start)
     assert found == pytest.approx(wanted, abs=1e-13)
+    some = wrap(angles)[:: rng.integers(1, 9)]
+    assert least_overrun(some, len(some), lower, lower + span) <= wanted + 1e-13
 
 
 @pytest.mark.parametrize("pair", [(None, 1.0), (-1.0, None)])
 def test_the_overrun_of_a_limit_on_one_side(pair):
     angles = np.linspace(0.0, 4.0, K)
     lower, upper = (-np.inf if pair[0] is None else pair[0], np.inf if pair[1] is None else pair[1])
-    assert overrun(wrap(angles), K, lower, upper, np.nan) == 0.0
+    assert overrun_of(wrap(angles), lower, upper, np.nan) == 0.0
+    assert least_overrun(wrap(angles), K, lower, upper) == 0.0
     # From a given start the turns are no longer free.
     expected = JointLimits([pair], 1).lift(wrap(angles)[None, :, None].copy(), [0.0]).excess[0, 0]
-    assert overrun(wrap(angles), K, lower, upper, 0.0) == pytest.approx(expected, abs=1e-14)
+    assert overrun_of(wrap(angles), lower, upper, 0.0) == pytest.approx(expected, abs=1e-14)

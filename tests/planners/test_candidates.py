@@ -7,9 +7,10 @@ import pytest
 from searches import box_of, random_search
 
 import selfmotion as sm
+from selfmotion.arms._motion_kernels import blank_sheet
 from selfmotion.motion import Motion
 from selfmotion.optimizers import INFEASIBLE, RunsSwarms
-from selfmotion.planners._candidate_kernels import integral, sheet_for
+from selfmotion.planners._candidate_kernels import integral
 from selfmotion.planners.candidates import Candidates, Carrier, PlanarCandidates, candidates_of
 from selfmotion.profiles import SinusoidProfile
 
@@ -24,7 +25,7 @@ def population(profile, rng, size=12):
 
 def errors_of(judge, a):
     """The estimates of the integrals' errors, which the search compares values by."""
-    search, sheet = judge._search, sheet_for(judge._search)
+    search, sheet = judge._search, blank_sheet(judge.problem.arm.n)
     return np.array([integral(search.family, row, search.nodes, search.panels, 1e-8, np.inf, sheet)[1] for row in a])
 
 

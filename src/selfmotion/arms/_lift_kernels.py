@@ -13,7 +13,7 @@ _TAU = 2.0 * np.pi
 
 @fast_kernel
 def least_overrun(angles: FloatArray, k: int, lower: float, upper: float) -> float:
-    """Return at most what :func:`overrun` does, for samples that may be too few to count turns by.
+    """Return at most what :func:`overrun` finds, for samples that may be too few to count turns by.
 
     Each one is moved by the turns that suit it best; a joint that is limited on one side can always be.
     """
@@ -27,18 +27,28 @@ def least_overrun(angles: FloatArray, k: int, lower: float, upper: float) -> flo
 
 
 @fast_kernel
-def overrun(angles: FloatArray, k: int, lower: float, upper: float, start: float) -> float:
-    """Return by how much a joint's samples (k,), modulo 2π, leave [lower, upper] once they are made continuous.
+def extend(angles: FloatArray, k: int, extent: FloatArray, is_first: bool) -> None:
+    """Go on along a joint's samples (k,), modulo 2π, made continuous.
+
+    `extent` holds the first angle, the last one, the least and the largest.
+    """
+    if is_first:
+        extent[:] = wrapped(angles[0])
+    here, low, high = extent[1], extent[2], extent[3]
+    for i in range(k):
+        here = angles[i] - _TAU * np.rint((angles[i] - here) / _TAU)
+        low = here if here < low else low
+        high = here if here > high else high
+    extent[1], extent[2], extent[3] = here, low, high
+
+
+@fast_kernel
+def overrun(extent: FloatArray, lower: float, upper: float, start: float) -> float:
+    """Return by how much a joint with this extent leaves [lower, upper].
 
     The turns are those of `start`, the joint's angle at the first sample; if it is NaN, the ones that leave least.
     """
-    first = wrapped(angles[0])
-    here = low = high = first
-    for i in range(1, k):
-        step = angles[i] - here
-        here = angles[i] - _TAU * np.rint(step / _TAU)
-        low = here if here < low else low
-        high = here if here > high else high
+    first, low, high = extent[0], extent[2], extent[3]
     if np.isnan(start):
         least, most = np.ceil((lower - low) / _TAU), np.floor((upper - high) / _TAU)
         if least <= most:

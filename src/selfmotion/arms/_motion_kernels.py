@@ -2,7 +2,8 @@
 
 The formulas are those of :mod:`selfmotion.arms._kernels`, which stays the oracle in plain numpy. What is computed
 stands on a *sheet*, one array whose rows are contiguous: only those are loaded as vectors, and one array is passed on
-faster than ten. Loops run along the first k columns. Angles are left as they come, modulo 2π.
+faster than ten. Loops run along the first k columns. A sheet is as long as the processor's first cache allows: long
+motions are taken in pieces. Angles are left as they come, modulo 2π.
 """
 
 from __future__ import annotations
@@ -15,7 +16,10 @@ from selfmotion._types import FloatArray
 
 WX, WY, MARGIN, U = 0, 1, 2, 3
 """Rows of a sheet: the target of the first two links; their margin, or what else there is one number of per sample; and
-from U on the n − 2 directions u, then as many rows du/dr, then the n joints or their rates."""
+from U on the n − 2 directions u, then as many rows du/dr, then the n joints or their rates. Joints stand a column to
+the right of what else there is of a sample: column 0 is for the sample before the piece."""
+LENGTH = 1024
+"""Samples that a sheet holds."""
 
 
 @fast_kernel
@@ -31,9 +35,9 @@ def joints_row(n: int) -> int:
 
 
 @fast_kernel
-def blank_sheet(n: int, length: int) -> FloatArray:
-    """Return a sheet for n links and up to `length` samples, with a column to spare."""
-    return np.empty((joints_row(n) + n, length + 1))
+def blank_sheet(n: int) -> FloatArray:
+    """Return a sheet for n links."""
+    return np.empty((joints_row(n) + n, LENGTH + 1))
 
 
 @fast_kernel
@@ -46,7 +50,7 @@ def postures(links: FloatArray, sign: float, x: FloatArray, y: FloatArray, k: in
     """
     n = len(links)
     joints = joints_row(n)
-    margin, first, second, third = sheet[MARGIN], sheet[joints], sheet[joints + 1], sheet[joints + 2]
+    margin, first, second, third = sheet[MARGIN], sheet[joints][1:], sheet[joints + 1][1:], sheet[joints + 2][1:]
     wx, wy, towards = sheet[WX], sheet[WY], sheet[U]
     _targets(links, x, y, k, sheet)
     l1, l2 = links[0], links[1]
@@ -59,10 +63,9 @@ def postures(links: FloatArray, sign: float, x: FloatArray, y: FloatArray, k: in
         along, across = l1 + quarter * cosine, quarter * sine
         first[i] = arctan2(along * wy[i] - across * wx[i], along * wx[i] + across * wy[i])
         second[i] = arctan2(sine, cosine)
-    for i in range(k):
         third[i] = towards[i] - first[i] - second[i]
     for j in range(3, n):
-        joint, here, before = sheet[joints + j], sheet[U + j - 2], sheet[U + j - 3]
+        joint, here, before = sheet[joints + j][1:], sheet[U + j - 2], sheet[U + j - 3]
         for i in range(k):
             joint[i] = here[i] - before[i]
 
@@ -131,7 +134,8 @@ def rates(
     """
     n = len(links)
     joints, turns = joints_row(n), turns_row(n)
-    wx, wy, first, second, third = sheet[WX], sheet[WY], sheet[joints], sheet[joints + 1], sheet[joints + 2]
+    wx, wy = sheet[WX], sheet[WY]
+    first, second, third = sheet[joints][1:], sheet[joints + 1][1:], sheet[joints + 2][1:]
     for i in range(k):
         wx[i], wy[i], first[i], second[i] = x[i], y[i], dx[i], dy[i]
     for j in range(2, n):
@@ -144,6 +148,7 @@ def rates(
             second[i] -= length * cosine * turning[i]
     l1, l2 = links[0], links[1]
     outer, inner, difference = (l1 + l2) ** 2, (l1 - l2) ** 2, (l2 - l1) * (l2 + l1)
+    turn = sheet[turns]
     for i in range(k):
         vx, vy = first[i], second[i]
         dd = wx[i] * wx[i] + wy[i] * wy[i]
@@ -153,10 +158,8 @@ def rates(
         turn2 = -2.0 * sign * (wx[i] * vx + wy[i] * vy) * (dd * inverse)
         first[i] = (wx[i] * vy - wy[i] * vx - 0.5 * (dd + difference) * turn2) * (area * inverse)
         second[i] = turn2
-    turn = sheet[turns]
-    for i in range(k):
-        third[i] = turn[i] - first[i] - second[i]
+        third[i] = turn[i] - first[i] - turn2
     for j in range(3, n):
-        joint, here, before = sheet[joints + j], sheet[turns + j - 2], sheet[turns + j - 3]
+        joint, here, before = sheet[joints + j][1:], sheet[turns + j - 2], sheet[turns + j - 3]
         for i in range(k):
             joint[i] = here[i] - before[i]

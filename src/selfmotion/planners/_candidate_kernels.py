@@ -15,12 +15,12 @@ from selfmotion._compiled import fast_kernel, kernel
 from selfmotion._elementary_kernels import sincos
 from selfmotion._objective_kernels import chord_sum, densities
 from selfmotion._types import FloatArray, IntArray
-from selfmotion.arms._lift_kernels import least_overrun, overrun
+from selfmotion.arms._lift_kernels import extend, least_overrun, overrun
 from selfmotion.arms._motion_kernels import (
+    LENGTH,
     MARGIN,
     WX,
     U,
-    blank_sheet,
     joints_row,
     margins,
     postures,
@@ -54,8 +54,8 @@ class Family(NamedTuple):
         What is added to the coefficients that an optimizer gives.
     n_u, functions : int
         Rows of u that coefficients of a linear family choose, and how many each; 0 functions for sinusoids.
-    absolute : bool
-        Whether the first joint's cost leaves out the motion of what carries the arm.
+    carried, absolute : bool
+        Whether what the arm stands on turns, and whether the first joint's cost leaves that out.
     rounding : float
         Violations that are none, in parts of the reach and [rad].
     reach : float
@@ -71,6 +71,7 @@ class Family(NamedTuple):
     origin: FloatArray
     n_u: int
     functions: int
+    carried: bool
     absolute: bool
     rounding: float
     reach: float
@@ -81,7 +82,7 @@ LINKS, WEIGHTS, LOWER, UPPER, START = range(5)
 """Rows of `Family.joints`."""
 
 R, RUNS, X, Y, DX, DY, BEHIND, TURNING, GIVEN = range(9)
-"""Rows of a table of places: r; the steps to the next one, 0 from the last; the path and its derivative; the direction
+"""Rows of a table of places: r; the steps that lead to it, 0 to the first; the path and its derivative; the direction
 of what carries the arm and its derivative, 0 on a fixed base. From GIVEN on: the n − 2 rows of u as far as no
 coefficient changes them, as many of du/dr, then what the coefficients of a linear family multiply, and its slopes."""
 
@@ -191,9 +192,9 @@ def _turnings(family: Family, a: FloatArray, places: FloatArray, low: int, k: in
             _TAU * (a[j] + family.origin[j]),
         )
         for i in range(k):
-            sine, cosine = sincos(rate * r[i])
-            row[i] += amplitude * sine
-            turn[i] += amplitude * rate * cosine
+            s, c = sincos(rate * r[i])
+            row[i] += amplitude * s
+            turn[i] += amplitude * rate * c
     if family.functions:
         for j in range(family.n_u):
             row, turn = sheet[U + j], sheet[turns + j]
@@ -210,50 +211,70 @@ def _turnings(family: Family, a: FloatArray, places: FloatArray, low: int, k: in
 def sampled(family: Family, a: FloatArray, places: FloatArray, are_all: bool, sheet: FloatArray) -> tuple[float, float]:
     """Return the chord sum over `places`, joints modulo 2π, and how far the candidate leaves the angle domain there.
 
-    If these are not all samples, both are lower bounds on what they are at all of them.
+    If these are not all samples but so few that a sheet holds them, both are lower bounds on what they are at all.
     """
-    k, n = places.shape[1], family.joints.shape[1]
-    joints = joints_row(n)
-    first, behind = sheet[joints], places[BEHIND]
-    _directions(family, a, places, 0, k, sheet)
-    postures(family.joints[LINKS], family.sign, places[X], places[Y], k, sheet)
-    violation = _short_of_reach(family, k, sheet)
-    for i in range(k):
-        first[i] -= behind[i]
-    for j in family.limited:
-        lower, upper, start = family.joints[LOWER, j], family.joints[UPPER, j], family.joints[START, j]
+    count, n, limited = places.shape[1], family.joints.shape[1], family.limited
+    joints, links = joints_row(n), family.joints[LINKS]
+    extents = np.empty((len(limited), 4))
+    cost = short = 0.0
+    for low in range(0, count, LENGTH):
+        k, first, behind = min(count - low, LENGTH), sheet[joints][1:], places[BEHIND][low:]
+        _directions(family, a, places, low, k, sheet)
+        postures(links, family.sign, places[X][low:], places[Y][low:], k, sheet)
+        short = max(short, shortfall(links, k, sheet))
+        if family.carried:
+            for i in range(k):
+                first[i] -= behind[i]
+        for m in range(len(limited)):
+            angles = sheet[joints + limited[m]][1:]
+            if are_all:
+                extend(angles, k, extents[m], low == 0)
+            else:
+                extents[m, 0] = least_overrun(
+                    angles, k, family.joints[LOWER, limited[m]], family.joints[UPPER, limited[m]]
+                )
+        if family.absolute:
+            for i in range(k):
+                first[i] += behind[i]
+        if low == 0:
+            for j in range(joints, joints + n):
+                sheet[j, 0] = sheet[j, 1]
+        cost += chord_sum(family.objective, places[RUNS][low:], family.joints[WEIGHTS], k, sheet, joints, WX)
+        for j in range(joints, joints + n):
+            sheet[j, 0] = sheet[j, k]
+    violation = _unless_rounding(family, short / family.reach)
+    for m in range(len(limited)):
+        j, excess = limited[m], extents[m, 0]
         if are_all:
-            excess = overrun(sheet[joints + j], k, lower, upper, start)
-        else:
-            excess = least_overrun(sheet[joints + j], k, lower, upper)
-        violation += excess if excess > family.rounding else 0.0
-    if family.absolute:
-        for i in range(k):
-            first[i] += behind[i]
-    return chord_sum(family.objective, places[RUNS], family.joints[WEIGHTS], k, sheet, joints, WX), violation
+            excess = overrun(extents[m], family.joints[LOWER, j], family.joints[UPPER, j], family.joints[START, j])
+        violation += _unless_rounding(family, excess)
+    return cost, violation
 
 
 @fast_kernel
-def _short_of_reach(family: Family, k: int, sheet: FloatArray) -> float:
-    """Return by how much the k targets on the sheet leave reach at worst, in parts of it, zero inside."""
-    short = shortfall(family.joints[LINKS], k, sheet) / family.reach
-    return short if short > family.rounding else 0.0
+def _unless_rounding(family: Family, violation: float) -> float:
+    """Return a violation, zero if rounding explains it."""
+    return violation if violation > family.rounding else 0.0
 
 
 @fast_kernel
-def _out_of_reach(family: Family, a: FloatArray, places: FloatArray, low: int, k: int, sheet: FloatArray) -> float:
-    """Return how far out of reach the candidate is at the k places from `low` on."""
-    _directions(family, a, places, low, k, sheet)
-    margins(family.joints[LINKS], places[X][low:], places[Y][low:], k, sheet)
-    return _short_of_reach(family, k, sheet)
+def _out_of_reach(family: Family, a: FloatArray, places: FloatArray, low: int, end: int, sheet: FloatArray) -> float:
+    """Return how far out of reach the candidate is at the places low…end − 1, in parts of the reach."""
+    links, short = family.joints[LINKS], 0.0
+    for first in range(low, end, LENGTH):
+        k = min(end - first, LENGTH)
+        _directions(family, a, places, first, k, sheet)
+        margins(links, places[X][first:], places[Y][first:], k, sheet)
+        short = max(short, shortfall(links, k, sheet))
+    return _unless_rounding(family, short / family.reach)
 
 
 @fast_kernel
-def _violation(family: Family, a: FloatArray, places: FloatArray, sheet: FloatArray) -> float:
-    """Return how far the candidate leaves the angle domain at `places`, as `sampled` does."""
+def _violation(family: Family, a: FloatArray, samples: FloatArray, sheet: FloatArray) -> float:
+    """Return how far the candidate leaves the angle domain at all samples, as `sampled` does."""
     if len(family.limited):
-        return sampled(family, a, places, True, sheet)[1]
-    return _out_of_reach(family, a, places, 0, places.shape[1], sheet)
+        return sampled(family, a, samples, True, sheet)[1]
+    return _out_of_reach(family, a, samples, 0, samples.shape[1], sheet)
 
 
 @fast_kernel
@@ -270,36 +291,38 @@ def _is_inside(search: Search, a: FloatArray, near: FloatArray, sheet: FloatArra
         speed += links[j + 2] * abs(family.amplitude[j] * _TAU * (a[j] + family.origin[j]))
     bar = 2.0 * (links[0] + links[1]) * speed
     for i in range(len(number) - 1):
-        if near[i] + near[i + 1] <= bar * search.few[RUNS, i]:
-            low = number[i] + 1
-            if _out_of_reach(family, a, samples, low, number[i + 1] - low, sheet) > 0.0:
-                return False
+        is_clear = near[i] + near[i + 1] > bar * search.few[RUNS, i + 1]
+        if not is_clear and _out_of_reach(family, a, samples, number[i] + 1, number[i + 1], sheet) > 0.0:
+            return False
     return True
 
 
 @fast_kernel
 def _panel_sums(
-    family: Family, a: FloatArray, places: FloatArray, panels: Panels, low: int, count: int, sheet: FloatArray
+    family: Family, a: FloatArray, places: FloatArray, panels: Panels, start: int, sums: FloatArray, sheet: FloatArray
 ) -> None:
-    """Fill the first `count` columns of row WX with the weighted sums of panels whose nodes start at place `low`."""
-    joints, size = joints_row(family.joints.shape[1]), len(panels.weights)
-    k = size * count
-    _turnings(family, a, places, low, k, sheet)
-    rates(
-        family.joints[LINKS], family.sign, places[X][low:], places[Y][low:], places[DX][low:], places[DY][low:],
-        k, sheet,
-    )  # fmt: skip
-    if not family.absolute:
-        rate, turning = sheet[joints], places[TURNING][low:]
-        for i in range(k):
-            rate[i] -= turning[i]
-    densities(family.objective, family.joints[WEIGHTS], k, sheet, joints, MARGIN)
-    weights, sums = panels.weights, sheet[WX]
-    for p in range(count):
-        total, density = 0.0, sheet[MARGIN][p * size :]
-        for i in range(size):
-            total += weights[i] * density[i]
-        sums[p] = total
+    """Fill `sums` with the weighted sums of as many panels, whose nodes begin at place `start`."""
+    joints, weights = joints_row(family.joints.shape[1]), panels.weights
+    size = len(weights)
+    at_once = LENGTH // size
+    for first in range(0, len(sums), at_once):
+        count, low = min(len(sums) - first, at_once), start + size * first
+        k = size * count
+        _turnings(family, a, places, low, k, sheet)
+        rates(
+            family.joints[LINKS], family.sign, places[X][low:], places[Y][low:], places[DX][low:], places[DY][low:],
+            k, sheet,
+        )  # fmt: skip
+        if family.carried and not family.absolute:
+            rate, turning = sheet[joints][1:], places[TURNING][low:]
+            for i in range(k):
+                rate[i] -= turning[i]
+        densities(family.objective, family.joints[WEIGHTS], k, sheet, joints, MARGIN)
+        for p in range(count):
+            total, density = 0.0, sheet[MARGIN][p * size :]
+            for i in range(size):
+                total += weights[i] * density[i]
+            sums[first + p] = total
 
 
 @fast_kernel
@@ -317,8 +340,9 @@ def integral(
     A panel's error is what its halves change. It is that of the panel, far above that of the halves, which are what is
     kept. The work ends where the error is `tolerance` of the value, or the value surely above `threshold`.
     """
-    count, half, sums = len(panels.half), panels.half, sheet[WX]
-    _panel_sums(family, a, places, panels, 0, 3 * count, sheet)
+    count, half = len(panels.half), panels.half
+    sums = np.empty(3 * count)
+    _panel_sums(family, a, places, panels, 0, sums, sheet)
     value = error = 0.0
     for p in range(count):
         halves = 0.5 * half[p] * (sums[count + 2 * p] + sums[count + 2 * p + 1])
@@ -328,7 +352,7 @@ def integral(
         return np.nan, np.nan
     if error <= tolerance * value or value - _SAFETY * error > threshold or panels.depth == 1:
         return value, error
-    return _halved(family, a, places, panels, tolerance, threshold, value, error, sheet)
+    return _halved(family, a, places, panels, tolerance, threshold, value, error, sums, sheet)
 
 
 @fast_kernel
@@ -341,11 +365,11 @@ def _halved(
     threshold: float,
     value: float,
     error: float,
+    sums: FloatArray,
     sheet: FloatArray,
 ) -> tuple[float, float]:
     """Go on with :func:`integral` from the sums of all panels and their halves, level by level, where the error is."""
-    size, count, half, sums = len(panels.weights), len(panels.half), panels.half, sheet[WX]
-    together = 3 * count  # panels that the sheet holds
+    size, count, half = len(panels.weights), len(panels.half), panels.half
     most = count << panels.depth
     # Of the level reached: the panels' costs, and what halving their parents changed, which each half has half of.
     costs, lost = np.empty(most), np.zeros(most)
@@ -353,6 +377,7 @@ def _halved(
     for p in range(2 * count):
         costs[p] = 0.5 * half[p >> 1] * sums[count + p]
         lost[p] = 0.5 * abs(half[p >> 1] * (sums[p >> 1] - 0.5 * (sums[count + (p & -2)] + sums[count + (p | 1)])))
+    sums = np.empty(most)
     for level in range(1, panels.depth):
         first = size * count * ((2 << level) - 1)  # node of the next level
         finer_lost[: 2 * count << level] = 0.0
@@ -363,9 +388,9 @@ def _halved(
                 p += 1
                 continue
             run = 1
-            while p + run < end and 2 * run + 2 <= together and lost[p + run] > tolerance * value * width:
+            while p + run < end and lost[p + run] > tolerance * value * width:
                 run += 1
-            _panel_sums(family, a, places, panels, first + 2 * size * p, 2 * run, sheet)
+            _panel_sums(family, a, places, panels, first + 2 * size * p, sums[: 2 * run], sheet)
             for i in range(run):
                 width = 0.5 * half[(p + i) >> level] / (1 << level)
                 left, right = width * sums[2 * i], width * sums[2 * i + 1]
@@ -383,13 +408,6 @@ def _halved(
         costs, finer = finer, costs
         lost, finer_lost = finer_lost, lost
     return value, max(error, 0.0)
-
-
-@kernel
-def sheet_for(search: Search) -> FloatArray:
-    """Return a sheet for as many places as are looked at together."""
-    most = max(search.samples.shape[1], 3 * len(search.panels.half) * len(search.panels.weights))
-    return blank_sheet(search.family.joints.shape[1], most)
 
 
 @kernel

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from selfmotion._compiled import kernel
 from selfmotion._types import BoolArray, FloatArray
+from selfmotion.arms._motion_kernels import blank_sheet
 from selfmotion.optimizers._kernels import Flock, learn, move, threshold
-from selfmotion.planners._candidate_kernels import Search, judge, sheet_for
+from selfmotion.planners._candidate_kernels import Search, judge
 
 
 @kernel
@@ -17,7 +18,7 @@ def run(
     Fills `out` (g, p, d), `values` (g, p) and `exact` (g, p): the candidates, their values, and whether these are more
     than lower bounds.
     """
-    sheet = sheet_for(search)
+    sheet = blank_sheet(search.family.joints.shape[1])
     for g in range(len(draws)):
         for i in range(len(flock.x)):
             candidate = out[g, i]
@@ -33,6 +34,6 @@ def judge_all(
     population: FloatArray, thresholds: FloatArray, search: Search, values: FloatArray, exact: BoolArray
 ) -> None:
     """Judge a population (p, d), filling `values` and `exact` (p,)."""
-    sheet = sheet_for(search)
+    sheet = blank_sheet(search.family.joints.shape[1])
     for i in range(len(population)):
         values[i], exact[i] = judge(search, population[i], thresholds[i], sheet)

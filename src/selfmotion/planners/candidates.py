@@ -200,6 +200,7 @@ class PlanarCandidates(Candidates):
             origin=np.full(variables, shift),
             n_u=arm.n_u,
             functions=variables // arm.n_u if isinstance(profile, LinearProfile) else 0,
+            carried=carrier is not None,
             absolute=carrier is not None and carrier.absolute,
             rounding=_ROUNDING,
             reach=arm.reach,
@@ -231,7 +232,7 @@ class PlanarCandidates(Candidates):
             u[: arm.n_u] = profile.offset[:, None]
         turned = np.zeros((2, k)) if carrier is None else [carrier.direction(r, order) for order in (0, 1)]
         speeds = np.zeros((2, k)) if dx is None else dx.T
-        return np.vstack([r, np.diff(r, append=r[-1:]), x.T, speeds, turned, u, du, functions])
+        return np.vstack([r, np.diff(r, prepend=r[:1]), x.T, speeds, turned, u, du, functions])
 
 
 def candidates_of(
