@@ -1,4 +1,4 @@
-"""The seed's 3R case: 20 candidates for 100 generations, 1000 samples, in numpy as its users would write it, and ours."""
+"""The seed's 3R case, 20 candidates for 100 generations, 1000 samples: in numpy as users would write it, and ours."""
 
 import numpy as np
 

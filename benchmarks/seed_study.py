@@ -1,4 +1,4 @@
-"""One run of 20 candidates for 100 generations, by our optimizers and by those of others, framework and kernel apart."""
+"""One run of 20 candidates for 100 generations, by our optimizers and by others', framework and kernel apart."""
 
 import numpy as np
 from measuring import by_turns

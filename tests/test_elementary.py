@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from numba import config
 
 from selfmotion._compiled import fast_kernel
-from selfmotion._elementary_kernels import arctan2, sincos, wrapped
+from selfmotion._elementary_kernels import arctan2, sincos, sine, wrapped
 
 mpmath.mp.prec = 200
 RNG = np.random.default_rng(0)
@@ -19,6 +19,12 @@ def fill_sincos(x, sines, cosines):
     """As objectives use it: in a loop that runs in vector registers, sums free to be reordered."""
     for i in range(len(x)):
         sines[i], cosines[i] = sincos(x[i])
+
+
+@fast_kernel
+def fill_sine(x, found):
+    for i in range(len(x)):
+        found[i] = sine(x[i])
 
 
 @fast_kernel
@@ -50,6 +56,9 @@ def test_sine_and_cosine_are_right_to_a_unit_of_the_last_place(x):
     sines, cosine = np.empty_like(x), np.empty_like(x)
     fill_sincos(x, sines, cosine)
     assert ulps(sines, [mpmath.sin(mpmath.mpf(float(v))) for v in x]) < 1.0
+    alone = np.empty_like(x)
+    fill_sine(x, alone)
+    assert ulps(alone, [mpmath.sin(mpmath.mpf(float(v))) for v in x]) < 1.75
     assert ulps(cosine, [mpmath.cos(mpmath.mpf(float(v))) for v in x]) < 1.0
 
 
@@ -72,12 +81,13 @@ def test_the_arctangent_on_the_axes_and_at_zero():
 
 
 def test_nan_stays_nan():
-    sines, cosine, angle = np.empty((3, 9))
+    sines, cosine, alone, angle = np.empty((4, 9))
     x = np.ones(9)
     x[4] = np.nan
     fill_sincos(x, sines, cosine)
+    fill_sine(x, alone)
     fill_arctan2(x, np.ones(9), angle)
-    for found in (sines, cosine, angle):
+    for found in (sines, cosine, alone, angle):
         assert list(np.flatnonzero(np.isnan(found))) == [4]
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from selfmotion._blocks import in_blocks
 from selfmotion._types import FloatArray, IntArray
 from selfmotion.angles import wrap
 from selfmotion.problem import ANGLE, Problem
@@ -21,6 +22,7 @@ JUMP = 1e-3
 _BETWEEN = 4  # looks per sample interval
 _PLACES = 12  # worst places that are looked at more closely
 _MOST_DIPS = 1000
+_AT_ONCE = 20_000  # places
 _ZOOMS = 14
 _BISECTIONS = 46
 _NO_JUMP = 1e-3 * JUMP  # steps so short need not be bisected on
@@ -116,8 +118,9 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
         """Column 0: minus the tracking error; the others: the limit margins."""
         return np.column_stack([-arm.task_error(q, path(r)), arm.margins(q)])
 
-    looked_at = motion(grid)
-    at, least = _least(lambda r: slack(r, motion(r)), grid, slack(grid, looked_at), TRACKING * arm.reach)
+    looked_at = in_blocks(motion, grid, _AT_ONCE)
+    seen = in_blocks(lambda k: slack(grid[k], looked_at[k]), np.arange(len(grid)), _AT_ONCE)
+    at, least = _least(lambda r: slack(r, motion(r)), grid, seen, TRACKING * arm.reach)
     failures = []
     if -least[0] > TRACKING * arm.reach:
         failures.append(Failure("tracking", at[0], -least[0], TRACKING * arm.reach))

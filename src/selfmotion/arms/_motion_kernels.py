@@ -51,7 +51,7 @@ def postures(links: FloatArray, sign: float, x: FloatArray, y: FloatArray, k: in
     n = len(links)
     joints = joints_row(n)
     margin, first, second, third = sheet[MARGIN], sheet[joints][1:], sheet[joints + 1][1:], sheet[joints + 2][1:]
-    wx, wy, towards = sheet[WX], sheet[WY], sheet[U]
+    wx, wy, towards, spare = sheet[WX], sheet[WY], sheet[U], sheet[turns_row(n)]
     _targets(links, x, y, k, sheet)
     l1, l2 = links[0], links[1]
     outer, inner, quarter = (l1 + l2) ** 2, (l1 - l2) ** 2, 0.25 / l1
@@ -61,8 +61,14 @@ def postures(links: FloatArray, sign: float, x: FloatArray, y: FloatArray, k: in
         margin[i] = ss if ss < cc else cc
         sine, cosine = 2.0 * sign * np.sqrt(max(ss * cc, 0.0)), cc - ss
         along, across = l1 + quarter * cosine, quarter * sine
-        first[i] = arctan2(along * wy[i] - across * wx[i], along * wx[i] + across * wy[i])
-        second[i] = arctan2(sine, cosine)
+        first[i], spare[i] = along * wy[i] - across * wx[i], along * wx[i] + across * wy[i]
+        second[i], third[i] = sine, cosine
+    # One arctangent per loop: bodies so short overlap in the processor, longer ones wait for themselves.
+    for i in range(k):
+        first[i] = arctan2(first[i], spare[i])
+    for i in range(k):
+        second[i] = arctan2(second[i], third[i])
+    for i in range(k):
         third[i] = towards[i] - first[i] - second[i]
     for j in range(3, n):
         joint, here, before = sheet[joints + j][1:], sheet[U + j - 2], sheet[U + j - 3]

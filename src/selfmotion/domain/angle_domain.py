@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from selfmotion._blocks import in_blocks
 from selfmotion._checks import branch_index
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms import RedundantArm, SelfMotion
@@ -20,6 +21,7 @@ from selfmotion.paths import Path
 
 _BISECTIONS = 50
 # Nothing is called empty that limits wider by this would fill [rad]: tangencies know u to about 1e-8 only.
+_AT_ONCE = 10_000  # places along the path
 _SLACK = 1e-7
 # Beyond reach by less than this part of the reach is on its rim.
 _ROUNDING = 1e-12
@@ -123,8 +125,12 @@ class AngleDomain:
 
     def is_empty(self, r: FloatArray, branches: Sequence[int]) -> BoolArray:
         """Return whether nothing is feasible at `r`, shape (k,), not even if the limits give by 1e-7 rad."""
-        arcs = self.sample(r, _SLACK)
-        return np.asarray(np.all([arcs[branch].empty for branch in branches], axis=0))
+
+        def judge(part: FloatArray) -> BoolArray:
+            arcs = self.sample(part, _SLACK)
+            return np.asarray(np.all([arcs[branch].empty for branch in branches], axis=0))
+
+        return in_blocks(judge, r, _AT_ONCE)
 
 
 def angle_domain(arm: RedundantArm, path: Path) -> AngleDomain:

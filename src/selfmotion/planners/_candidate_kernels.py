@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from selfmotion._compiled import fast_kernel, kernel
-from selfmotion._elementary_kernels import sincos
+from selfmotion._elementary_kernels import sincos, sine
 from selfmotion._objective_kernels import chord_sum, densities
 from selfmotion._types import FloatArray, IntArray
 from selfmotion.arms._lift_kernels import extend, least_overrun, overrun
@@ -160,7 +160,7 @@ def _directions(family: Family, a: FloatArray, places: FloatArray, low: int, k: 
     for j in range(len(family.amplitude)):
         row, amplitude, rate = sheet[U + j], family.amplitude[j], _TAU * (a[j] + family.origin[j])
         for i in range(k):
-            row[i] += amplitude * sincos(rate * r[i])[0]
+            row[i] += amplitude * sine(rate * r[i])
     if family.functions:
         for j in range(family.n_u):
             row = sheet[U + j]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
+from selfmotion._blocks import in_blocks
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms import JointLimits, PlanarArm
 from selfmotion.optimizers import INFEASIBLE, Judged, Swarm, SwarmState, penalised
@@ -82,7 +83,7 @@ class Candidates:
         after all feasible ones, by how far it leaves: by the largest shortfall of reach (in parts of the reach) plus
         each joint's largest overrun of its limits [rad].
         """
-        return in_blocks(self.block, population, len(self.r) * self.problem.arm.n)
+        return in_blocks(self.block, population, candidates_at_once(len(self.r) * self.problem.arm.n))
 
     def block(self, population: FloatArray) -> FloatArray:
         """Return the same for as many candidates as are judged at once."""
@@ -244,19 +245,9 @@ def candidates_of(
     return Candidates(problem, profile, branch, carrier)
 
 
-def in_blocks(judge: Callable[[FloatArray], FloatArray], population: FloatArray, angles: int) -> FloatArray:
-    """Return the values of a population, shape (p, d), judged in blocks that stay in the processor's cache.
-
-    Parameters
-    ----------
-    judge : callable
-        Maps a block, shape (b, d), to values, shape (b,).
-    population : array, shape (p, d)
-    angles : int
-        Number of joint angles of one candidate.
-    """
-    rows = max(1, _BLOCK // angles)
-    return np.concatenate([judge(population[k : k + rows]) for k in range(0, len(population), rows)])
+def candidates_at_once(angles: int) -> int:
+    """Return how many candidates of so many joint angles stay in the processor's cache."""
+    return max(1, _BLOCK // angles)
 
 
 def outside(margin: FloatArray, excess: FloatArray) -> FloatArray:

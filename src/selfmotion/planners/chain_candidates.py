@@ -8,12 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from selfmotion._blocks import in_blocks
 from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.errors import InvalidInputError
 from selfmotion.optimizers import penalised
 from selfmotion.paths import Path
-from selfmotion.planners.candidates import in_blocks
+from selfmotion.planners.candidates import candidates_at_once
 from selfmotion.planners.chain import module_arms, splittable, true_joints
 from selfmotion.problem import Problem
 
@@ -112,7 +113,7 @@ class ChainCandidates:
 
     def __call__(self, population: FloatArray) -> FloatArray:
         """Return the values of a population, shape (p, d), as the optimizers rank them."""
-        return in_blocks(self._block, population, len(self._r) * self.problem.arm.n)
+        return in_blocks(self._block, population, candidates_at_once(len(self._r) * self.problem.arm.n))
 
     def _block(self, population: FloatArray) -> FloatArray:
         chosen = self.choice(population)
