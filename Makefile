@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 DEPENDENCIES := pyproject.toml src/selfmotion/_version.py
 
-.PHONY: demo test lint docs clean
+.PHONY: demo test lint docs bench clean
 
 demo: $(VENV)/.core  ## the paper's 3R and 6R studies: out/report.html, out/report.md
 	$(BIN)/selfmotion reproduce --out out
@@ -21,6 +21,9 @@ lint: $(VENV)/.dev
 docs: $(VENV)/.dev  ## docs/_build/html/index.html; warnings are errors
 	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build/html
 
+bench: $(VENV)/.bench  ## benchmarks/RESULTS.md: ours and others side by side; about ten minutes on a quiet machine
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/run.py
+
 $(VENV)/.core: $(DEPENDENCIES)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "selfmotion needs Python 3.11 or newer; try: make PYTHON=python3.11 ...")'
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
@@ -29,6 +32,12 @@ $(VENV)/.core: $(DEPENDENCIES)
 
 $(VENV)/.dev: $(VENV)/.core
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	touch $@
+
+# Descartes has no wheels for every system; where it does not install, the report says that it is missing.
+$(VENV)/.bench: $(VENV)/.core
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check 'tesseract-robotics>=0.5'
 	touch $@
 
 clean:

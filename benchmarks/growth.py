@@ -73,8 +73,8 @@ def row(make, size, least_time):
 def run(quick):
     """Return a table per axis with fitted exponents, and the peak memory of the largest plan."""
     least_time, found = (0.02, {}) if quick else (0.3, {})
-    for axis, (sizes, make) in AXES.items():
-        sizes = sizes[:3] if quick else sizes
+    for axis, (every, make) in AXES.items():
+        sizes = every[:3] if quick else every
         rows = [row(make, size, least_time) for size in sizes]
         columns = [name for name in rows[0] if name != "size"]
         found[axis] = {
@@ -113,7 +113,7 @@ def text(result):
     lines.append(
         "One candidate by its chord sum and by its integral (to 1e-8); a whole plan is the check of the path, "
         f"{SEARCH['population']} × {SEARCH['iterations']} candidates and the verification. Exponents are fitted to the "
-        "larger half of the sizes. A candidate of n links has n − 2 frequencies; a path of many pieces has eight samples "
-        "on each, 1000 at least, so its last exponents are those of samples and pieces together."
+        "larger half of the sizes. A candidate of n links has n − 2 frequencies; a path of many pieces has eight "
+        "samples on each, 1000 at least, so its last exponents are those of samples and pieces together."
     )
     return lines

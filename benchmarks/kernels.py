@@ -13,6 +13,7 @@ from measuring import by_turns
 from seed_case import AMPLITUDE, LINKS, OFFSET, PATH, SAMPLES, candidates, in_numpy
 
 POPULATION = 200
+KINDS = ("add", "multiply", "root", "divide")
 FAST = {"reassoc", "contract", "nsz", "arcp"}
 
 _R = np.linspace(0.0, 1.0, SAMPLES)
@@ -149,7 +150,7 @@ def text(result):
         "| per | additions | products | roots | divisions | least ns | per evaluation |",
         "|---|---|---|---|---|---|---|",
         *(
-            f"| {name} | {c['add']:.0f} | {c['multiply']:.0f} | {c['root']:.0f} | {c['divide']:.0f} | {least:.2f} | {whole} |"
+            f"| {name} | " + " | ".join(f"{c[kind]:.0f}" for kind in KINDS) + f" | {least:.2f} | {whole} |"
             for name, c, least, whole in (
                 ("sample and chord", counted["chord"], chord, f"{1000 * chord:,.0f} ns for 1000"),
                 ("node of the integral", counted["node"], node, f"{192 * node:,.0f} ns for 192"),
@@ -157,7 +158,7 @@ def text(result):
         ),
         "",
         f"On this machine a fused product and sum takes {each['multiply-add']:.3f} ns in a vector loop, a root "
-        f"{each['root']:.2f}, a division {each['divide']:.2f}. *Least* lets multipliers and divider work at once and never "
-        "wait, every product be fused with a sum, and loads, stores, selections and rounding cost nothing.",
+        f"{each['root']:.2f}, a division {each['divide']:.2f}. *Least* lets multipliers and divider work at once and "
+        "never wait, every product be fused with a sum, and loads, stores, selections and rounding cost nothing.",
     ]
     return lines

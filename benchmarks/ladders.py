@@ -155,9 +155,9 @@ def text(result):
     for name, case in result["cases"].items():
         best = case["global"]
         lines += [
-            f"**{name}.** A ladder over {result['places']} places, every posture of a rung tried from every posture of the "
-            "one before. *Chords* is what it minimises, a sum that no motion falls below only at its own places; *travel* "
-            "is the integral of the motion that turns u evenly between its postures, ∞ where that leaves reach.",
+            f"**{name}.** A ladder over {result['places']} places, every posture of a rung tried from every one of the "
+            "rung before. *Chords* is what it minimises, the chord sum over its places, always below the motion's cost; "
+            "*travel* is the integral of the motion that turns u evenly between its postures, ∞ where that leaves reach.",
             "",
             "| planner | s | × global | quartiles | chords | travel | bound | MB |",
             "|---|---|---|---|---|---|---|---|",

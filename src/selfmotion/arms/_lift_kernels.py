@@ -33,7 +33,7 @@ def extend(angles: FloatArray, k: int, extent: FloatArray, is_first: bool) -> No
     `extent` holds the first angle, the last one, the least and the largest.
     """
     if is_first:
-        extent[:] = wrapped(angles[0])
+        extent[0] = extent[1] = extent[2] = extent[3] = wrapped(angles[0])
     here, low, high = extent[1], extent[2], extent[3]
     for i in range(k):
         here = angles[i] - _TAU * np.rint((angles[i] - here) / _TAU)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from selfmotion._compiled import kernel
 from selfmotion._types import FloatArray
 
@@ -49,15 +47,17 @@ def threshold(flock: Flock, i: int) -> float:
 @kernel
 def learn(flock: Flock, i: int, value: float) -> None:
     """Take the value of candidate i."""
-    known = flock.remembered_values
+    known, place = flock.remembered_values, -1
     if flock.code == PSO:
-        if value < known[i]:
-            known[i], flock.remembered[i] = value, flock.x[i]
-        return
-    for k in range(len(known)):
-        if value < known[k] and (k == 0 or value > known[k - 1]):
-            known[k], flock.remembered[k] = value, flock.x[i]
-            break
+        place = i if value < known[i] else -1
+    else:
+        for k in range(len(known)):
+            if place < 0 and value < known[k] and (k == 0 or value > known[k - 1]):
+                place = k
+    if place >= 0:
+        known[place] = value
+        for j in range(flock.x.shape[1]):
+            flock.remembered[place, j] = flock.x[i, j]
 
 
 @kernel
@@ -82,7 +82,9 @@ def _fly(flock: Flock, draws: FloatArray) -> None:
     chi, omega, phi1, phi2 = flock.constants[0], flock.constants[1], flock.constants[2], flock.constants[3]
     absorb = flock.constants[4] > 0.0
     rows, dimension = x.shape
-    best = np.argmin(flock.remembered_values)
+    best = 0
+    for i in range(rows):
+        best = i if flock.remembered_values[i] < flock.remembered_values[best] else best
     for i in range(rows):
         for j in range(dimension):
             beta1, beta2 = draws[i * dimension + j], draws[(rows + i) * dimension + j]

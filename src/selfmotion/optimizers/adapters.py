@@ -49,7 +49,7 @@ class DifferentialEvolution(Optimizer):
 
 
 class CMAES(Optimizer):
-    """CMA-ES (Hansen 2001) from the package ``cma``, extra ``bench``; two variables or more.
+    """CMA-ES (Hansen 2001) from the package ``cma``, extra ``cma``; two variables or more.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class CMAES(Optimizer):
                 import cma
         except ImportError:
             raise MissingExtraError(
-                "planner.optimizer.kind", "needs the package cma", "pip install 'selfmotion[bench]'", "cma"
+                "planner.optimizer.kind", "needs the package cma", "pip install 'selfmotion[cma]'", "cma"
             ) from None
         width = upper - lower
         strategy, start = None, np.full(len(lower), 0.5)

@@ -30,6 +30,7 @@ from selfmotion.arms._motion_kernels import (
 )
 
 _TAU = 2.0 * np.pi
+_SOME, _ALL = 0, 1  # of the samples
 # Error estimates that lie between a value and its threshold before the value need not be known better: at a kink two
 # rules may agree by chance.
 _SAFETY = 4.0
@@ -208,7 +209,7 @@ def _turnings(family: Family, a: FloatArray, places: FloatArray, low: int, k: in
 
 
 @fast_kernel
-def sampled(family: Family, a: FloatArray, places: FloatArray, are_all: bool, sheet: FloatArray) -> tuple[float, float]:
+def sampled(family: Family, a: FloatArray, places: FloatArray, which: int, sheet: FloatArray) -> tuple[float, float]:
     """Return the chord sum over `places`, joints modulo 2π, and how far the candidate leaves the angle domain there.
 
     If these are not all samples but so few that a sheet holds them, both are lower bounds on what they are at all.
@@ -227,7 +228,7 @@ def sampled(family: Family, a: FloatArray, places: FloatArray, are_all: bool, sh
                 first[i] -= behind[i]
         for m in range(len(limited)):
             angles = sheet[joints + limited[m]][1:]
-            if are_all:
+            if which == _ALL:
                 extend(angles, k, extents[m], low == 0)
             else:
                 extents[m, 0] = least_overrun(
@@ -245,7 +246,7 @@ def sampled(family: Family, a: FloatArray, places: FloatArray, are_all: bool, sh
     violation = _unless_rounding(family, short / family.reach)
     for m in range(len(limited)):
         j, excess = limited[m], extents[m, 0]
-        if are_all:
+        if which == _ALL:
             excess = overrun(extents[m], family.joints[LOWER, j], family.joints[UPPER, j], family.joints[START, j])
         violation += _unless_rounding(family, excess)
     return cost, violation
@@ -273,7 +274,7 @@ def _out_of_reach(family: Family, a: FloatArray, places: FloatArray, low: int, e
 def _violation(family: Family, a: FloatArray, samples: FloatArray, sheet: FloatArray) -> float:
     """Return how far the candidate leaves the angle domain at all samples, as `sampled` does."""
     if len(family.limited):
-        return sampled(family, a, samples, True, sheet)[1]
+        return sampled(family, a, samples, _ALL, sheet)[1]
     return _out_of_reach(family, a, samples, 0, samples.shape[1], sheet)
 
 
@@ -372,15 +373,16 @@ def _halved(
     size, count, half = len(panels.weights), len(panels.half), panels.half
     most = count << panels.depth
     # Of the level reached: the panels' costs, and what halving their parents changed, which each half has half of.
-    costs, lost = np.empty(most), np.zeros(most)
-    finer, finer_lost = np.empty(most), np.zeros(most)
+    costs, lost = np.empty(most), np.empty(most)
+    finer, finer_lost = np.empty(most), np.empty(most)
     for p in range(2 * count):
         costs[p] = 0.5 * half[p >> 1] * sums[count + p]
         lost[p] = 0.5 * abs(half[p >> 1] * (sums[p >> 1] - 0.5 * (sums[count + (p & -2)] + sums[count + (p | 1)])))
     sums = np.empty(most)
     for level in range(1, panels.depth):
         first = size * count * ((2 << level) - 1)  # node of the next level
-        finer_lost[: 2 * count << level] = 0.0
+        for p in range(2 * count << level):
+            finer_lost[p] = 0.0
         p, end = 0, count << level
         while p < end:
             width = half[p >> level] / (1 << level)
@@ -418,16 +420,18 @@ def judge(search: Search, a: FloatArray, threshold: float, sheet: FloatArray) ->
     """
     family, accuracy, infeasible = search.family, search.accuracy, search.accuracy.infeasible
     if accuracy.sampled:
-        cost, violation = sampled(family, a, search.samples, True, sheet)
+        cost, violation = sampled(family, a, search.samples, _ALL, sheet)
         return (infeasible * (1.0 + violation) if violation > 0.0 else cost), True
-    chords, violation = sampled(family, a, search.few, False, sheet)
+    chords, violation = sampled(family, a, search.few, _SOME, sheet)
     if violation > 0.0:
         if infeasible * (1.0 + violation) > threshold:
             return infeasible * (1.0 + violation), False
         return infeasible * (1.0 + _violation(family, a, search.samples, sheet)), True
     if chords > threshold:
         return chords, False
-    near = sheet[MARGIN][: len(search.number)].copy()
+    near = np.empty(len(search.number))
+    for i in range(len(near)):
+        near[i] = sheet[MARGIN, i]
     cost, error = integral(family, a, search.nodes, search.panels, accuracy.tolerance, threshold, sheet)
     if cost - _SAFETY * error > threshold:
         return max(cost - _SAFETY * error, chords), False

@@ -22,7 +22,8 @@ def run(
     for g in range(len(draws)):
         for i in range(len(flock.x)):
             candidate = out[g, i]
-            candidate[:] = flock.x[i]
+            for j in range(len(candidate)):
+                candidate[j] = flock.x[i, j]
             value, known = judge(search, candidate, threshold(flock, i), sheet)
             learn(flock, i, value)
             values[g, i], exact[g, i] = value, known
