@@ -156,8 +156,8 @@ def text(result):
         best = case["global"]
         lines += [
             f"**{name}.** A ladder over {result['places']} places, every posture of a rung tried from every one of the "
-            "rung before. *Chords* is what it minimises, the chord sum over its places, always below the motion's cost; "
-            "*travel* is the integral of the motion that turns u evenly between its postures, ∞ where that leaves reach.",
+            "rung before. *Chords* is what it minimises, the chord sum over its places, below its motion's cost; "
+            "*travel* is the integral of the motion that turns u evenly between postures, ∞ where that leaves reach.",
             "",
             "| planner | s | × global | quartiles | chords | travel | bound | MB |",
             "|---|---|---|---|---|---|---|---|",

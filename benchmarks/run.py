@@ -29,8 +29,8 @@ def report(results):
         "# Results",
         "",
         f"Made by `make bench` on {results['date']}, all in one run, by turns. {about['processor']}, {about['cores']} "
-        f"cores, {about['system']}, Python {about['python']}; {packages}. Every call is warm: compiled code is loaded, the "
-        "problem's own tables are made. The numbers behind this page are in `results.json`.",
+        f"cores, {about['system']}, Python {about['python']}; {packages}. Every call is warm: compiled code is loaded, "
+        "the problem's own tables are made. The numbers behind this page are in `results.json`.",
     ]
     for name, title in SECTIONS.items():
         if name in results:

@@ -76,6 +76,14 @@ def move(flock: Flock, draws: FloatArray, t: int) -> None:
 
 
 @kernel
+def tell(flock: Flock, values: FloatArray, draws: FloatArray, t: int) -> None:
+    """Take the values of a whole generation and make the next one."""
+    for i in range(len(values)):
+        learn(flock, i, values[i])
+    move(flock, draws, t)
+
+
+@kernel
 def _fly(flock: Flock, draws: FloatArray) -> None:
     """v ← χ(ωv + φ1 β1 (p − x) + φ2 β2 (g − x)), x ← x + v, equation (23)."""
     x, v, p, lower, upper = flock.x, flock.v, flock.remembered, flock.lower, flock.upper

@@ -94,12 +94,9 @@ class Swarm(AskTell):
 
     def tell(self, state: SwarmState, values: FloatArray) -> None:
         """Take the values of the population last asked for and move on, changing `state`."""
-        from selfmotion.optimizers._kernels import learn, move
+        from selfmotion.optimizers._kernels import tell
 
-        flock = self.flock(state)
-        for i, value in enumerate(np.asarray(values, dtype=float)):
-            learn(flock, i, value)
-        move(flock, self.draws(state, 1)[0], state.t)
+        tell(self.flock(state), np.asarray(values, dtype=float), self.draws(state, 1)[0], state.t)
         state.t += 1
 
     def _drive(self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> None:
