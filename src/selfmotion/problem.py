@@ -156,7 +156,7 @@ class Problem:
 
     @cached_property
     def fastest(self) -> float:
-        """Bound on the speed |x'(r)| along the path, infinite if the path bounds it nowhere."""
+        """Bound on the speed ``|x'(r)|`` along the path, infinite if the path bounds it nowhere."""
         try:
             return self.path.fastest(0.0, 1.0)
         except InvalidInputError:
