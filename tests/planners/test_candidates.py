@@ -169,14 +169,33 @@ def test_a_candidate_out_of_reach_between_the_samples_is_no_candidate():
 
 
 def test_arms_without_kernels_are_judged_in_numpy():
-    class Foreign(sm.PlanarArm):
-        """An arm that happens to be planar."""
+    class Mirrored(sm.PlanarArm):
+        """An arm whose elbows are named the other way round."""
+
+        def solve_with_margin(self, x, u, branch=0):
+            return super().solve_with_margin(x, u, 1 - branch)
 
     problem, profile, branch = random_search(3)
     assert type(candidates_of(problem, profile, branch, "integral")) is PlanarCandidates
-    problem.arm = object.__new__(type("Other", (), {"n": 3}))
-    problem.arm.limits = sm.PlanarArm([1, 1, 1]).limits
-    assert type(candidates_of(problem, profile, branch, "integral")) is Candidates
+    mirrored = sm.Problem(
+        Mirrored(problem.arm.links, problem.arm.limits.as_list(), problem.arm.direction), problem.path,
+        weights=problem.weights, objective=problem.objective.kind, samples=problem.samples,
+    )  # fmt: skip
+    a = population(profile, np.random.default_rng(0))
+    np.testing.assert_allclose(
+        candidates_of(mirrored, profile, 1 - branch, "samples")(a),
+        candidates_of(problem, profile, branch, "samples")(a),
+        rtol=1e-9,
+    )
+
+
+def test_a_long_run_is_cut_so_that_it_can_be_stopped():
+    problem, profile, branch = random_search(3)
+    function, asked = PlanarCandidates(problem, profile, branch, ranking="integral"), []
+    whole = function.run
+    function.run = lambda swarm, state, generations: asked.append(generations) or whole(swarm, state, generations)
+    sm.RandomSearch(1000, 45, box_of(profile)).minimize(function, len(profile.parameter_names))
+    assert asked == [20, 20, 5]
 
 
 def test_both_rankings_find_the_same_motion():

@@ -6,9 +6,7 @@ from typing import NamedTuple
 
 from selfmotion._compiled import kernel
 from selfmotion._types import FloatArray
-
-PSO, GWO, RANDOM = 0, 1, 2
-"""What the moves are called."""
+from selfmotion.optimizers.swarm import FLY, HUNT
 
 
 class Flock(NamedTuple):
@@ -17,7 +15,7 @@ class Flock(NamedTuple):
     Attributes
     ----------
     code : int
-        The move: PSO, GWO or RANDOM.
+        The move; see :class:`.swarm.Swarm`.
     constants : array
         What the move takes: χ, ω, φ1, φ2 and whether walls absorb for PSO, the number of generations for GWO.
     lower, upper : array, shape (d,)
@@ -41,14 +39,14 @@ class Flock(NamedTuple):
 @kernel
 def threshold(flock: Flock, i: int) -> float:
     """Return the value above which candidate i changes nothing that the swarm does."""
-    return float(flock.remembered_values[i if flock.code == PSO else -1])
+    return float(flock.remembered_values[i if flock.code == FLY else -1])
 
 
 @kernel
 def learn(flock: Flock, i: int, value: float) -> None:
     """Take the value of candidate i."""
     known, place = flock.remembered_values, -1
-    if flock.code == PSO:
+    if flock.code == FLY:
         place = i if value < known[i] else -1
     else:
         for k in range(len(known)):
@@ -63,9 +61,9 @@ def learn(flock: Flock, i: int, value: float) -> None:
 @kernel
 def move(flock: Flock, draws: FloatArray, t: int) -> None:
     """Make the generation after generation t from what was learned, with one row of draws, uniform in [0, 1)."""
-    if flock.code == PSO:
+    if flock.code == FLY:
         _fly(flock, draws)
-    elif flock.code == GWO:
+    elif flock.code == HUNT:
         _hunt(flock, draws, t)
     else:
         rows, dimension = flock.x.shape

@@ -6,7 +6,7 @@ import numpy as np
 
 from selfmotion._types import FloatArray
 from selfmotion.optimizers.base import EVALUATE
-from selfmotion.optimizers.swarm import Swarm
+from selfmotion.optimizers.swarm import HUNT, Swarm
 
 
 class GWO(Swarm):
@@ -26,7 +26,7 @@ class GWO(Swarm):
     """
 
     kind = "gwo"
-    code = 1
+    code = HUNT
     draws_per_variable = 6
     steps = (
         "start: X uniform in the box, no leaders, t = 0",

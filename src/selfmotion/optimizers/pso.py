@@ -9,7 +9,7 @@ import numpy as np
 from selfmotion._checks import choice
 from selfmotion._types import Box, FloatArray
 from selfmotion.optimizers.base import DEFAULT_BOUNDS, EVALUATE
-from selfmotion.optimizers.swarm import Swarm
+from selfmotion.optimizers.swarm import FLY, Swarm
 
 # (χ, ω, φ1, φ2) of (23). The seed's φ = 3 has no real χ: it runs undamped.
 _VARIANTS = {
@@ -39,7 +39,7 @@ class PSO(Swarm):
     """
 
     kind = "pso"
-    code = 0
+    code = FLY
     draws_per_variable = 2
     steps = (
         "start: x uniform in the box, v = 0",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from selfmotion.optimizers.base import EVALUATE
-from selfmotion.optimizers.swarm import Swarm
+from selfmotion.optimizers.swarm import DRAW, Swarm
 
 
 class RandomSearch(Swarm):
@@ -16,7 +16,7 @@ class RandomSearch(Swarm):
     """
 
     kind = "random"
-    code = 2
+    code = DRAW
     draws_per_variable = 1
     steps = (
         "start: x uniform in the box",

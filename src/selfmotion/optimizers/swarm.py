@@ -18,7 +18,12 @@ from selfmotion.optimizers.base import AskTell, Judged, Recorder, State, uniform
 if TYPE_CHECKING:
     from selfmotion.optimizers._kernels import Flock
 
-_AT_ONCE = 20  # stretches that a run is cut into: how often progress is told, and Ctrl-C is heard
+FLY, HUNT, DRAW = 0, 1, 2
+"""The moves that :mod:`selfmotion.optimizers._kernels` knows: of particles, of wolves, and none at all."""
+# A run is cut into so many stretches if its progress is watched, and into none of more evaluations in any case: only
+# between them is Ctrl-C heard.
+_STRETCHES = 20
+_MOST_AT_ONCE = 20_000
 
 
 @dataclass
@@ -56,7 +61,7 @@ class Swarm(AskTell):
     Attributes
     ----------
     code : int
-        What :mod:`selfmotion.optimizers._kernels` calls the move.
+        How the swarm moves: `FLY`, `HUNT` or `DRAW`.
     draws_per_variable : int
         Random numbers that a generation takes per candidate and variable.
     """
@@ -104,6 +109,7 @@ class Swarm(AskTell):
             super()._drive(evaluate, lower, upper, rng)
             return
         state = self.start(lower, upper, rng)
-        stretch = -(-self.iterations // _AT_ONCE) if evaluate.is_watched else self.iterations
+        stretch = -(-self.iterations // _STRETCHES) if evaluate.is_watched else self.iterations
+        stretch = min(stretch, max(1, _MOST_AT_ONCE // self.population))
         for done in range(0, self.iterations, stretch):
             evaluate.book(evaluate.function.run(self, state, min(stretch, self.iterations - done)))

@@ -31,8 +31,8 @@ from selfmotion.arms._motion_kernels import (
 
 _TAU = 2.0 * np.pi
 _SOME, _ALL = 0, 1  # of the samples
-# Error estimates that lie between a value and its threshold before the value need not be known better: at a kink two
-# rules may agree by chance.
+# A value need not be known better once it lies so many error estimates above its threshold: more than one, since at a
+# kink two rules may agree by chance.
 _SAFETY = 4.0
 
 
@@ -111,7 +111,7 @@ class Accuracy(NamedTuple):
 
     Attributes
     ----------
-    exact : bool
+    sampled : bool
         Whether the chord sum over the samples is the value, not the integral.
     tolerance : float
         Relative error at which the halving of panels ends.

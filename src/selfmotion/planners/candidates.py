@@ -159,7 +159,7 @@ class PlanarCandidates(Candidates):
         return Judged(rows, values, exact)
 
     def run(self, swarm: Swarm, state: SwarmState, generations: int) -> Judged:
-        """Run generations of a swarm, changing its state; see :class:`~selfmotion.optimizers.base.RunsSwarms`."""
+        """Run generations of a swarm, changing its state; see :class:`~selfmotion.optimizers.swarm.RunsSwarms`."""
         from selfmotion.planners._run_kernels import run
 
         shape = (generations, *state.x.shape)
@@ -239,8 +239,8 @@ class PlanarCandidates(Candidates):
 def candidates_of(
     problem: Problem, profile: Profile, branch: int, ranking: Ranking, carrier: Carrier | None = None
 ) -> Candidates:
-    """Return what judges populations on one branch, compiled where that is at hand."""
-    if isinstance(problem.arm, PlanarArm) and isinstance(profile, SinusoidProfile | LinearProfile):
+    """Return what judges populations on one branch, compiled where that is at hand; a subclass may solve otherwise."""
+    if type(problem.arm) is PlanarArm and isinstance(profile, SinusoidProfile | LinearProfile):
         return PlanarCandidates(problem, profile, branch, carrier, ranking)
     return Candidates(problem, profile, branch, carrier)
 
