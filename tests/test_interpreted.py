@@ -1,4 +1,7 @@
-"""The kernels as the interpreter runs them: what they compute does not hang on how they are compiled."""
+"""The kernels as the interpreter runs them: what they compute does not hang on how they are compiled.
+
+There numpy warns where a kernel goes on with infinity or NaN.
+"""
 
 import os
 import subprocess

@@ -30,8 +30,11 @@ def random_search(seed, families=("sinusoid",)):
         weights = None if rng.random() < 0.6 else rng.uniform(0.1, 2.0, n)
         objective = ("joint_travel", "joint_travel", "l1", "l2")[rng.integers(4)]
         samples = int(rng.choice([60, 200, 501]))
+        # A start given by joints fixes their turns: here such that limited joints are inside, free ones anywhere.
+        turned = q + 2 * np.pi * np.where(arm.limits.limited, 0, rng.integers(-2, 3, n))
+        start = {"q": turned} if rng.random() < 0.3 else None
         try:
-            problem = sm.Problem(arm, path, weights=weights, objective=objective, samples=samples)
+            problem = sm.Problem(arm, path, start, weights=weights, objective=objective, samples=samples)
         except sm.InvalidInputError:
             continue
         family = families[rng.integers(len(families))]

@@ -58,12 +58,14 @@ def test_the_integral_is_what_the_chord_sum_tends_to(seed):
     carrier = carried(rng, problem.arm) if seed % 3 == 0 else None
     a = population(profile, rng)
     judge = PlanarCandidates(problem, profile, branch, carrier, ranking="integral")
-    found, errors = judge(a), errors_of(judge, a)
+    # At a kink two rules may agree by chance: the search leaves four times the estimate.
+    found, errors = judge(a), (4 if problem.objective.has_kinks else 1) * errors_of(judge, a)
     sums = []
     for samples in (4001, 8001):
         finer = sm.Problem(
-            problem.arm, problem.path, weights=problem.weights, objective=problem.objective.kind, samples=samples
-        )
+            problem.arm, problem.path, None if problem.start is None else {"q": problem.start.q},
+            weights=problem.weights, objective=problem.objective.kind, samples=samples,
+        )  # fmt: skip
         sums.append(PlanarCandidates(finer, profile, branch, carrier)(a))
     both = (sums[0] < INFEASIBLE) & (sums[1] < INFEASIBLE) & (found < INFEASIBLE)
     left = (found - sums[1])[both]
