@@ -32,6 +32,8 @@ def test_kernels_pass_their_tests_uncompiled():
             "no:cacheprovider",
             "-p",
             "no:xdist",
+            "-W",
+            "ignore::RuntimeWarning",
             *(TESTS / name for name in SMALL),
         ],
         env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
