@@ -2,6 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+PEERS := 'cma>=4.0' 'pygmo>=2.19' 'pymoo>=0.6' 'tesseract-robotics>=0.5'
 DEPENDENCIES := pyproject.toml src/selfmotion/_version.py
 
 .PHONY: demo test lint docs bench clean
@@ -34,10 +35,9 @@ $(VENV)/.dev: $(VENV)/.core
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
 	touch $@
 
-# Descartes has no wheels for every system; where it does not install, the report says that it is missing.
+# Not every peer has wheels for every system; one that does not install is reported as missing.
 $(VENV)/.bench: $(VENV)/.core
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
-	-$(BIN)/python -m pip install --quiet --disable-pip-version-check 'tesseract-robotics>=0.5'
+	for peer in $(PEERS); do $(BIN)/python -m pip install --quiet --disable-pip-version-check "$$peer" || true; done
 	touch $@
 
 clean:

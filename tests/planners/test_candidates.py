@@ -12,6 +12,7 @@ from selfmotion.motion import Motion
 from selfmotion.optimizers import INFEASIBLE, RunsSwarms
 from selfmotion.planners._candidate_kernels import integral
 from selfmotion.planners.candidates import Candidates, Carrier, PlanarCandidates, candidates_of
+from selfmotion.planners.parametric import _Search
 from selfmotion.profiles import SinusoidProfile
 
 FAMILIES = ("sinusoid", "harmonics", "bspline")
@@ -138,6 +139,21 @@ def test_the_winner_is_that_of_full_accuracy_on_a_thousand_problems():
         spared += int((~lazy.judged.exact).sum())
     assert feasible > 500
     assert spared > 20_000
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_candidates_come_in_the_order_of_their_true_values(seed):
+    """Whoever passes over the best ones must meet all others, judged when their turn comes."""
+    problem, profile, branch = random_search(seed, FAMILIES)
+    function = PlanarCandidates(problem, profile, branch, ranking="integral")
+    result = sm.PSO(9, 14, box_of(profile), seed=4).minimize(function, len(profile.parameter_names))
+    assert not result.judged.exact.all()
+    truth = function(result.population)
+    met = list(_Search(branch, function, result).ascending())
+    values = [found.value for found in met]
+    assert values == sorted(values)
+    np.testing.assert_array_equal(values, np.sort(truth[truth < INFEASIBLE]))
+    np.testing.assert_array_equal([found.a for found in met], [result.population[found.number] for found in met])
 
 
 def test_threads_give_the_same_bits():
