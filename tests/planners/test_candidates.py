@@ -75,6 +75,31 @@ def test_the_integral_is_what_the_chord_sum_tends_to(seed):
         assert (left <= (4 * (sums[1] - sums[0]) + errors + 1e-12 * found)[both]).all()
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_what_is_feasible_by_the_integral_is_so_at_all_samples(seed):
+    """And nearly the other way round: a node may be out of reach between two samples."""
+    problem, profile, branch = random_search(seed, FAMILIES)
+    a = population(profile, np.random.default_rng(seed), 300)
+    by_integral = PlanarCandidates(problem, profile, branch, ranking="integral")(a) < INFEASIBLE
+    at_samples = PlanarCandidates(problem, profile, branch)(a) < INFEASIBLE
+    assert not (by_integral & ~at_samples).any()
+    assert (at_samples & ~by_integral).mean() < 0.05
+
+
+def test_an_excursion_between_the_few_samples_is_seen():
+    """The tool darts out of reach and back between two of the 32 samples that are looked at first."""
+    arm = sm.PlanarArm([1, 1, 1])
+    corners = [[2.0, 0.0], [2.0, 0.01], [2.95, 0.015], [2.0, 0.02], [2.0, 1.0]]
+    problem = sm.Problem(arm, sm.Waypoints(corners, "linear"), samples=2000)
+    profile = SinusoidProfile([0.9], [0.01])
+    f = np.array([[0.3], [0.7]])
+    chords, integral = (
+        PlanarCandidates(problem, profile, 0, ranking=ranking)(f) for ranking in ("samples", "integral")
+    )
+    assert (chords > INFEASIBLE).all()
+    np.testing.assert_array_equal(chords, integral)
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_the_integral_is_that_of_the_motion(seed):
     """The oracle integrates rates in numpy, adaptively by Gauss and Kronrod, as plans do."""
