@@ -87,15 +87,12 @@ def test_what_is_feasible_by_the_integral_is_so_at_all_samples(seed):
 
 
 def test_an_excursion_between_the_few_samples_is_seen():
-    """The tool darts out of reach and back between two of the 32 samples that are looked at first."""
-    arm = sm.PlanarArm([1, 1, 1])
-    corners = [[2.0, 0.0], [2.0, 0.01], [2.95, 0.015], [2.0, 0.02], [2.0, 1.0]]
-    problem = sm.Problem(arm, sm.Waypoints(corners, "linear"), samples=2000)
-    profile = SinusoidProfile([0.9], [0.01])
-    f = np.array([[0.3], [0.7]])
-    chords, integral = (
-        PlanarCandidates(problem, profile, 0, ranking=ranking)(f) for ranking in ("samples", "integral")
-    )
+    """The path has a spike whose tip alone is out of reach, between two of the 32 samples that are looked at first."""
+    arm, profile, f = sm.PlanarArm([1, 1, 1]), SinusoidProfile([0.0], [1e-6]), np.array([[0.3], [0.7]])
+    path = sm.Waypoints([[2.9, -0.5], [2.9, 0.4], [2.963, 0.405], [2.9, 0.41], [2.9, 0.5]], "linear")
+    problem, few = (sm.Problem(arm, path, samples=samples) for samples in (31 * 40 + 1, 32))
+    assert (PlanarCandidates(few, profile, 0)(f) < INFEASIBLE).all()
+    chords, integral = (PlanarCandidates(problem, profile, 0, ranking=name)(f) for name in ("samples", "integral"))
     assert (chords > INFEASIBLE).all()
     np.testing.assert_array_equal(chords, integral)
 
