@@ -29,17 +29,23 @@ _TAU, _OVER_TAU = 2.0 * math.pi, 1.0 / (2.0 * math.pi)
 
 
 @elementary
+def _reduced(x: float, quotient: float) -> tuple[float, float]:
+    """Return x less so many times π/2, and what rounding took from it."""
+    first, second = x - quotient * _PART1, quotient * _PART2
+    near = first - second
+    tail = ((first - near) - second) - quotient * _PART3
+    z = near + tail
+    return z, tail - (z - near)
+
+
+@elementary
 def sine(x: float) -> float:
     """Return sin x alone, |x| < 10⁶, to 1.7 units of the last place.
 
     Reduced modulo π one polynomial does, a longer one. Meant for phases 2πf r, whose own rounding counts for more.
     """
     quotient = np.rint(x * _OVER_PI)
-    first, second = x - quotient * (2.0 * _PART1), quotient * (2.0 * _PART2)
-    near = first - second
-    tail = ((first - near) - second) - quotient * (2.0 * _PART3)
-    z = near + tail
-    lost = tail - (z - near)
+    z, lost = _reduced(x, 2.0 * quotient)
     zz = z * z
     s = 2.73144475909634e-15
     s = s * zz - 7.643970296165793e-13
@@ -57,11 +63,7 @@ def sine(x: float) -> float:
 def sincos(x: float) -> tuple[float, float]:
     """Return sin x and cos x, |x| < 10⁶."""
     quotient = np.rint(x * _TWO_OVER_PI)
-    first, second = x - quotient * _PART1, quotient * _PART2
-    near = first - second
-    tail = ((first - near) - second) - quotient * _PART3
-    z = near + tail
-    lost = tail - (z - near)
+    z, lost = _reduced(x, quotient)
     zz = z * z
     s = 1.58962301576546568060e-10
     s = s * zz - 2.50507477628578072866e-8

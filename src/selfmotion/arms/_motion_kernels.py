@@ -2,8 +2,8 @@
 
 The formulas are those of :mod:`selfmotion.arms._kernels`, which stays the oracle in plain numpy. What is computed
 stands on a *sheet*, one array whose rows are contiguous: only those are loaded as vectors, and one array is passed on
-faster than ten. Loops run along the first k columns. A sheet is as long as the processor's first cache allows: long
-motions are taken in pieces. Angles are left as they come, modulo 2π.
+faster than ten. Loops run along the first k columns. Long motions are taken in pieces, a
+sheet at a time. Angles are left as they come, modulo 2π.
 """
 
 from __future__ import annotations

@@ -177,21 +177,13 @@ def _turnings(family: Family, a: FloatArray, places: FloatArray, low: int, k: in
     """Fill u and du/dr at the k places from `low` on."""
     rows, r, turns = family.joints.shape[1] - 2, places[R][low:], turns_row(family.joints.shape[1])
     for j in range(rows):
-        row, given, turn, known = (
-            sheet[U + j],
-            places[GIVEN + j][low:],
-            sheet[turns + j],
-            places[GIVEN + rows + j][low:],
-        )
+        row, given = sheet[U + j], places[GIVEN + j][low:]
+        turn, known = sheet[turns + j], places[GIVEN + rows + j][low:]
         for i in range(k):
             row[i], turn[i] = given[i], known[i]
     for j in range(len(family.amplitude)):
-        row, turn, amplitude, rate = (
-            sheet[U + j],
-            sheet[turns + j],
-            family.amplitude[j],
-            _TAU * (a[j] + family.origin[j]),
-        )
+        row, turn = sheet[U + j], sheet[turns + j]
+        amplitude, rate = family.amplitude[j], _TAU * (a[j] + family.origin[j])
         for i in range(k):
             s, c = sincos(rate * r[i])
             row[i] += amplitude * s

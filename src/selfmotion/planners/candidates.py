@@ -9,7 +9,7 @@ import numpy as np
 
 from selfmotion._blocks import in_blocks
 from selfmotion._types import BoolArray, FloatArray
-from selfmotion.arms import JointLimits, PlanarArm
+from selfmotion.arms import JointLimits, PlanarArm, RedundantArm
 from selfmotion.optimizers import INFEASIBLE, Judged, Swarm, SwarmState, penalised
 from selfmotion.problem import Problem
 from selfmotion.profiles import LinearProfile, Profile, SinusoidProfile
@@ -87,16 +87,15 @@ class Candidates:
 
     def block(self, population: FloatArray) -> FloatArray:
         """Return the same for as many candidates as are judged at once."""
-        arm, carrier = self.problem.arm, self.carrier
-        q, margin = arm.solve_with_margin(self.x, self.profile(population, self.r), self.branch)
+        problem, carrier = self.problem, self.carrier
+        limits = problem.arm.limits if carrier is None else carrier.limits
         behind = 0.0 if carrier is None else carrier.direction(self.r, 0)
-        start = None if self.problem.start is None else self.problem.start.q
-        q[..., 0] -= behind
-        lifted = (arm.limits if carrier is None else carrier.limits).lift(q, start)
+        start = None if problem.start is None else problem.start.q
+        u = self.profile(population, self.r)
+        q, violation = true_joints(problem.arm, limits, self.x, u, self.branch, behind, start)
         if carrier is not None and carrier.absolute:
-            lifted.q[..., 0] += behind
-        cost = self.problem.objective.sampled(lifted.q, self.r, self.problem.weights)
-        return penalised(cost, outside(margin / arm.reach, lifted.excess))
+            q[..., 0] += behind
+        return penalised(problem.objective.sampled(q, self.r, problem.weights), violation)
 
 
 class PlanarCandidates(Candidates):
@@ -250,20 +249,45 @@ def candidates_at_once(angles: int) -> int:
     return max(1, _BLOCK // angles)
 
 
-def outside(margin: FloatArray, excess: FloatArray) -> FloatArray:
-    """Return how far sampled motions leave the angle domain, shape (p,), zero inside.
+def true_joints(
+    arm: RedundantArm,
+    limits: JointLimits,
+    x: FloatArray,
+    u: FloatArray,
+    branch: int,
+    behind: FloatArray | float,
+    start: FloatArray | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the true joint angles of sampled motions and how far they leave the angle domain.
 
     Parameters
     ----------
-    margin : array, shape (p, k)
-        Signed distance to the limit of reach, in parts of the reach.
-    excess : array, shape (p, n)
-        Overrun of each joint [rad].
+    arm : RedundantArm
+    limits : JointLimits
+        Of the true joints.
+    x : array, shape (k, 2) or (p, k, 2)
+        The path at the samples, as seen from the arm's base.
+    u : array, shape (p, k, n_u)
+    branch : int
+    behind : array, shape (k,) or (p, k), or 0
+        Direction of what carries the arm [rad].
+    start : array, shape (n,), optional
+        Joint angles at the first sample, which fix the turns.
+
+    Returns
+    -------
+    q : array, shape (p, k, n)
+        Continuous along the samples.
+    violation : array, shape (p,)
+        Zero inside: the largest shortfall of reach, in parts of the reach, plus each joint's overrun [rad].
     """
-    short = np.maximum(-margin.min(axis=1), 0.0)
+    q, margin = arm.solve_with_margin(x, u, branch)
+    q[..., 0] -= behind
+    lifted = limits.lift(q, start)
+    short = np.maximum(-(margin / arm.reach).min(axis=1), 0.0)
     violation = np.where(short > _ROUNDING, short, 0.0)
-    violation += np.where(excess > _ROUNDING, excess, 0.0).sum(axis=1)
-    return violation
+    violation += np.where(lifted.excess > _ROUNDING, lifted.excess, 0.0).sum(axis=1)
+    return lifted.q, violation
 
 
 def _may_be_met(limits: JointLimits, sign: float, start: FloatArray) -> BoolArray:

@@ -8,12 +8,11 @@ from functools import cached_property
 import numpy as np
 
 from selfmotion._types import FloatArray
-from selfmotion.arms import PlanarArm, RedundantArm
-from selfmotion.arms.limits import JointBox, JointLimits
+from selfmotion.arms import PlanarArm
+from selfmotion.arms.limits import JointBox
 from selfmotion.errors import Blocked, InfeasibleError, InvalidInputError
 from selfmotion.motion import Motion
 from selfmotion.paths import Path, Relative
-from selfmotion.planners.candidates import outside
 from selfmotion.problem import Problem
 
 _SHOWN = 3  # blocked stretches that a message names
@@ -200,37 +199,6 @@ def module_problems(problem: Problem, moving_bases: Sequence[Path]) -> tuple[Pro
         module reaches no point of its path.
     """
     return Chain(problem, moving_bases).modules
-
-
-def true_joints(
-    arm: RedundantArm, limits: JointLimits, x: FloatArray, u: FloatArray, branch: int, behind: FloatArray | float
-) -> tuple[FloatArray, FloatArray]:
-    """Return the true joint angles of motions of one module and how far they leave what is allowed.
-
-    Parameters
-    ----------
-    arm : RedundantArm
-        The module.
-    limits : JointLimits
-        Of the true joints.
-    x : array, shape (k, 2) or (p, k, 2)
-        Its path at the samples, as seen from its base.
-    u : array, shape (p, k, 1)
-    branch : int
-    behind : array, shape (k,) or (p, k), or 0
-        Direction of the link that carries the module [rad].
-
-    Returns
-    -------
-    q : array, shape (p, k, 3)
-        Continuous along the samples.
-    violation : array, shape (p,)
-        See :func:`~selfmotion.planners.parametric.outside`.
-    """
-    q, margin = arm.solve_with_margin(x, u, branch)
-    q[..., 0] -= behind
-    lifted = limits.lift(q)
-    return lifted.q, outside(margin / arm.reach, lifted.excess)
 
 
 def splittable(problem: Problem) -> PlanarArm:

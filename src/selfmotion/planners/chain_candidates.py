@@ -14,8 +14,8 @@ from selfmotion.angles import TAU
 from selfmotion.errors import InvalidInputError
 from selfmotion.optimizers import penalised
 from selfmotion.paths import Path
-from selfmotion.planners.candidates import candidates_at_once
-from selfmotion.planners.chain import module_arms, splittable, true_joints
+from selfmotion.planners.candidates import candidates_at_once, true_joints
+from selfmotion.planners.chain import module_arms, splittable
 from selfmotion.problem import Problem
 
 PLACES = 200
