@@ -6,6 +6,7 @@ from pathlib import Path
 
 from selfmotion.arms import ARMS
 from selfmotion.exchange.schema import json_schema
+from selfmotion.exchange.waypoint_file import FilePath
 from selfmotion.objectives import OBJECTIVES
 from selfmotion.optimizers import OPTIMIZERS
 from selfmotion.paths import PATHS
@@ -13,7 +14,7 @@ from selfmotion.planners import PLANNERS
 
 REGISTRIES = {
     "arms": ARMS,
-    "paths": PATHS,
+    "paths": {**PATHS, FilePath.kind: FilePath},
     "planners": PLANNERS,
     "optimizers": OPTIMIZERS,
     "objectives": OBJECTIVES,

@@ -43,6 +43,9 @@ if TYPE_CHECKING:
         Ellipse,
         Line,
         Lissajous,
+        Placed,
+        PosePath,
+        PoseWaypoints,
         Reversed,
         Rose,
         Transformed,
@@ -75,7 +78,7 @@ _HOME = {
     "optimizers": ("CMAES", "DifferentialEvolution", "GA", "GWO", "PSO", "RandomSearch"),
     "paths": (
         "Arc", "ArcLength", "Bezier", "Circle", "Clothoid", "Concatenation", "Ellipse", "Line", "Lissajous",
-        "Reversed", "Rose", "Transformed", "Waypoints",
+        "Placed", "PosePath", "PoseWaypoints", "Reversed", "Rose", "Transformed", "Waypoints",
     ),
     "planners": (
         "BSpline", "Global", "Harmonics", "Modules", "MovingBase", "Plan", "Refine", "Sinusoid",

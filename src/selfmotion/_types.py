@@ -22,6 +22,24 @@ Point = Annotated[ArrayLike, "point"]
 """One point of the plane, shape (2,)."""
 Points = Annotated[ArrayLike, "points"]
 """Points of the plane, shape (k, 2)."""
+Position = Annotated[ArrayLike, "position"]
+"""One point of the plane or of space, shape (2,) or (3,)."""
+Positions = Annotated[ArrayLike, "positions"]
+"""Points of the plane or of space, shape (k, 2) or (k, 3)."""
+Direction = Annotated[ArrayLike, "direction"]
+"""A vector of space, not zero, shape (3,)."""
+Rotation = Annotated[ArrayLike, "rotation"]
+"""A unit quaternion (w, x, y, z), shape (4,), or a rotation matrix, shape (3, 3)."""
+Rotations = Annotated[ArrayLike, "rotations"]
+"""Unit quaternions (w, x, y, z), shape (k, 4)."""
+Poses = Annotated[ArrayLike, "poses"]
+"""Poses (x, y, z, quaternion w, x, y, z), shape (k, 7)."""
+Placement = Annotated[Any, "frame"]
+"""A rigid motion: ``translation`` and one of ``quaternion``, ``matrix``, ``rpy``, ``normal`` with ``x_axis``."""
+FollowRule = Annotated[Any, "follow"]
+"""How a tool follows a tangent: ``axis`` and ``up``."""
+FileName = Annotated[str, "file"]
+"""Name of a file; in a problem file, relative to that."""
 Limits = Annotated[Sequence[Any] | None, "limits"]
 """Per joint ``None`` or ``(lower, upper)`` in radians; either end may be ``None``."""
 Box = Annotated[ArrayLike, "box"]

@@ -19,6 +19,7 @@ from selfmotion.domain import DomainStructure, angle_domain, blocked_at, blocked
 from selfmotion.errors import Blocked, InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
 from selfmotion.paths import Path
+from selfmotion.paths.base import PLANE
 from selfmotion.quadrature import GAUSS, DyadicGauss, dyadic_gauss
 
 MAX_SAMPLES = 1_000_000
@@ -95,6 +96,11 @@ class Problem:
         for name, given, wanted in (("arm", arm, RedundantArm), ("path", path, Path)):
             if not isinstance(given, wanted):
                 raise InvalidInputError(name, f"is a {type(given).__name__}", f"give the {name} itself")
+        if path.dimension != arm.dimension:
+            wanted_kind = "plane curve" if arm.dimension == PLANE else "path of poses"
+            raise InvalidInputError(
+                "path", f"has points of {path.dimension} numbers, and this arm's have {arm.dimension}", f"give a {wanted_kind}"
+            )
         self.arm = arm
         self.path = path
         self.samples = integer("samples", samples, 2, MAX_SAMPLES)
@@ -138,7 +144,7 @@ class Problem:
 
     @cached_property
     def points(self) -> FloatArray:
-        """The path at the samples, shape (samples, 2)."""
+        """The path at the samples, shape (samples, dimension)."""
         return read_only(self.path(self.grid))
 
     @cached_property
@@ -150,7 +156,7 @@ class Problem:
 
     @cached_property
     def quadrature_points(self) -> tuple[FloatArray, FloatArray]:
-        """The path and its derivative at the nodes of :attr:`quadrature`, shape (k, 2) each."""
+        """The path and its derivative at the nodes of :attr:`quadrature`, shape (k, dimension) each."""
         nodes = self.quadrature.nodes
         return read_only(self.path(nodes)), read_only(self.path(nodes, 1))
 

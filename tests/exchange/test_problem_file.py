@@ -62,7 +62,14 @@ PATHS = {
     "arc_length": {"path": {"kind": "line", "start": [50, 0], "end": [60, 0]}},
     "concatenation": {"parts": [{"kind": "line", "start": [50, 0], "end": [60, 0]}]},
     "transformed": {"path": {"kind": "line", "start": [5, 0], "end": [6, 0]}, "scale": 10, "translation": [1, 2]},
+    "placed": {
+        "path": {"kind": "circle", "center": [0, 0], "radius": 5},
+        "frame": {"normal": [1, 0, 0], "x_axis": [0, 1, 0]},
+    },
+    "pose": {"position": {"kind": "line", "start": [1, 0, 0], "end": [1, 1, 0]}, "orientation": [1, 0, 0, 0]},
+    "pose_waypoints": {"poses": [[1, 0, 0, 1, 0, 0, 0], [1, 1, 0, 1, 0, 0, 0]], "interpolation": "spline"},
 }
+IN_SPACE = ("placed", "pose", "pose_waypoints")
 ARM = {"kind": "planar", "links": [30, 30, 20]}
 
 
@@ -70,7 +77,47 @@ ARM = {"kind": "planar", "links": [30, 30, 20]}
 def test_every_path_of_the_registry_can_be_written_down(kind):
     data = {"arm": ARM, "path": {"kind": kind, **PATHS[kind]}}
     jsonschema.validate(data, json_schema())
-    assert problem_from(data).problem.path.kind == kind
+    if kind in IN_SPACE:
+        assert registry.build("path", data["path"]).kind == kind
+        with pytest.raises(sm.InvalidInputError, match="path: leaves the plane"):
+            problem_from(data)
+    else:
+        assert problem_from(data).problem.path.kind == kind
+
+
+POSE_FORMS = {
+    "matrix": {"orientation": [[1, 0, 0], [0, -1, 0], [0, 0, -1]]},
+    "several": {"orientations": [[1, 0, 0, 0], [0, 1, 0, 0]], "at": [0, 1], "interpolation": "spline"},
+    "follow": {"follow": {"axis": "x", "up": [0, 0, -1]}},
+}
+
+
+@pytest.mark.parametrize("name", POSE_FORMS)
+def test_every_orientation_can_be_written_down(name):
+    path = {"kind": "pose", "position": PATHS["pose"]["position"], **POSE_FORMS[name]}
+    moved = {"kind": "placed", "path": path, "frame": {"rpy": [0, 0, 1]}, "tool": {"translation": [0, 0, 0.1]}}
+    for data in (path, moved):
+        jsonschema.validate({"arm": ARM, "path": data}, json_schema())
+        assert registry.build("path", data).dimension == 7
+
+
+BAD_FORMS = {
+    "frame.rotation": {"kind": "placed", "path": {"kind": "line", **PATHS["line"]}, "frame": {"rotation": [1, 0, 0]}},
+    "frame.rpy": {"kind": "placed", "path": {"kind": "line", **PATHS["line"]}, "frame": {"rpy": [1, 0]}},
+    "follow.up": {"kind": "pose", "position": PATHS["pose"]["position"], "follow": {"axis": "x"}},
+    "follow.axis": {"kind": "pose", "position": PATHS["pose"]["position"], "follow": {"axis": "w", "up": [0, 0, 1]}},
+    "position.end": {"kind": "pose", "position": {"kind": "line", "start": [0, 0, 0]}, "orientation": [1, 0, 0, 0]},
+    "poses.0": {"kind": "pose_waypoints", "poses": [[1, 2, 3], [4, 5, 6]]},
+}
+
+
+@pytest.mark.parametrize("field", BAD_FORMS)
+def test_bad_forms_of_poses_name_their_field(field):
+    with pytest.raises(sm.InvalidInputError) as caught:
+        registry.build("path", BAD_FORMS[field])
+    assert caught.value.field == field
+    if field == "frame.rotation":
+        assert "the fields are translation, quaternion" in caught.value.remedy
 
 
 @pytest.mark.parametrize("kind", registry.OPTIMIZERS)

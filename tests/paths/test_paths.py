@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 import selfmotion as sm
 from selfmotion.errors import InvalidInputError
 from selfmotion.paths import PATHS, Path
+from selfmotion.paths.base import distance
 
 SQUARE = [[0, 0], [2, 0], [2, 3], [-1, 3]]
 EXAMPLES = {
@@ -25,6 +26,13 @@ EXAMPLES = {
     "arc_length": sm.ArcLength(sm.Bezier([[0, 0], [1, 3], [4, 3], [5, 0]])),
     "concatenation": sm.Concatenation([sm.Line([0, 0], [2, 0]), sm.Arc([2, 1], 1, -np.pi / 2, np.pi)]),
     "transformed": sm.Transformed(sm.Rose([0, 1], 2, 2), scale=2.5, rotation=1.1, translation=[3, -4]),
+    "placed": sm.Placed(sm.Ellipse([1, 2], [3, 1]), {"translation": [1, 2, 3], "rpy": [0.3, -0.5, 2.0]}),
+    "pose": sm.PosePath(
+        sm.Bezier([[0, 0, 1], [1, 3, 0], [4, 3, 2]]), orientations=[[1, 0, 0, 0], [0.6, 0, 0.8, 0], [0.6, 0.8, 0, 0]]
+    ),
+    "pose_waypoints": sm.PoseWaypoints(
+        [[0, 0, 0, 1, 0, 0, 0], [2, 0, 1, 0.6, 0, 0.8, 0], [2, 3, 1, 0.6, 0.8, 0, 0], [-1, 3, 0, 0, 1, 0, 0]], "spline"
+    ),
 }
 
 
@@ -55,7 +63,7 @@ def test_derivatives_are_those_of_the_curve(kind, order):
 def test_length_is_that_of_a_fine_polyline(kind):
     path = EXAMPLES[kind]
     r = np.unique(np.concatenate([np.linspace(0, 1, 50_001), path.breaks]))
-    polyline = np.hypot(*np.diff(path(r), axis=0).T).sum()
+    polyline = distance(np.diff(path(r), axis=0)).sum()
     assert path.length == pytest.approx(polyline, rel=1e-6)
     assert path.length >= polyline * (1 - 1e-12)
 
@@ -63,8 +71,8 @@ def test_length_is_that_of_a_fine_polyline(kind):
 @pytest.mark.parametrize("kind", EXAMPLES)
 def test_shapes_follow_the_input(kind):
     path = EXAMPLES[kind]
-    assert path(0.5).shape == (2,)
-    assert path(np.zeros((3, 4)), 1).shape == (3, 4, 2)
+    assert path(0.5).shape == (path.dimension,)
+    assert path(np.zeros((3, 4)), 1).shape == (3, 4, path.dimension)
     np.testing.assert_array_equal(path([0.2, 0.7])[1], path(0.7))
 
 
@@ -192,7 +200,8 @@ BAD = {
     "one control point": lambda: sm.Bezier([[1, 2]]),
     "no control point": lambda: sm.Bezier([]),
     "coinciding control points": lambda: sm.Bezier([[1, 2], [1, 2]]),
-    "three dimensions": lambda: sm.Bezier([[1, 2, 3], [4, 5, 6]]),
+    "four dimensions": lambda: sm.Bezier([[1, 2, 3, 4], [4, 5, 6, 7]]),
+    "one end in space": lambda: sm.Line([1, 2, 3], [4, 5]),
     "NaN": lambda: sm.Bezier([[1, 2], [np.nan, 2]]),
     "huge": lambda: sm.Bezier([[1, 2], [1e300, 2]]),
     "text": lambda: sm.Line(["1", "2"], [3, 4]),

@@ -6,6 +6,7 @@ from test_paths import EXAMPLES, SQUARE
 
 import selfmotion as sm
 from selfmotion.paths import Path, Relative, Section
+from selfmotion.paths.base import distance
 
 MORE = {
     **EXAMPLES,
@@ -27,7 +28,7 @@ def fastest_sample(path, low, high):
     r = np.linspace(low, high, 401)
     near = [at + side for at in path.breaks for side in (-1e-12, 0.0, 1e-12)]
     inside = [at for at in near if low <= at <= high]
-    return np.hypot(*path(np.append(r, inside), 1).T).max()
+    return distance(path(np.append(r, inside), 1)).max()
 
 
 def parts(rng):
@@ -52,7 +53,7 @@ def test_no_sample_is_faster_than_the_bound(kind):
 @pytest.mark.parametrize("kind", SHARP)
 def test_the_bound_is_sharp_on_narrow_parts(kind):
     path, rng = MORE[kind], np.random.default_rng(4)
-    overall = np.hypot(*path(path.grid(500), 1).T).max()
+    overall = distance(path(path.grid(500), 1)).max()
     for low, high in parts(rng):
         if 0 < high - low < 0.011 and not ((low <= path.breaks) & (path.breaks <= high)).any():
             assert path.fastest(low, high) <= fastest_sample(path, low, high) + 0.05 * overall
@@ -63,7 +64,7 @@ def test_the_tool_stays_within_the_bound_of_the_middle(kind):
     path, rng = MORE[kind], np.random.default_rng(5)
     for low, high in parts(rng):
         away = path(np.linspace(low, high, 101)) - path(0.5 * (low + high))
-        assert np.hypot(*away.T).max() <= 0.5 * (high - low) * path.fastest(low, high) + 1e-12 * path.extent
+        assert distance(away).max() <= 0.5 * (high - low) * path.fastest(low, high) + 1e-12 * path.extent
 
 
 def test_a_part_that_is_none_is_refused():

@@ -66,6 +66,7 @@ class PlanarArm:
     """
 
     kind = "planar"
+    dimension = 2
     branches: tuple[str, ...] = ("positive", "negative")
 
     def __init__(self, links: Vector, limits: Limits = None, direction: float | None = None) -> None:
@@ -91,6 +92,11 @@ class PlanarArm:
     def __repr__(self) -> str:
         extra = "" if self.direction is None else f", direction={self.direction!r}"
         return f"PlanarArm(links={self.links.tolist()}, limits={self.limits.as_list()}{extra})"
+
+    @property
+    def has_structure(self) -> bool:
+        """Whether the structure of the angle domain is known in closed form: with one redundant degree it is."""
+        return self.n_u == 1
 
     @property
     def reach(self) -> float:
@@ -310,6 +316,13 @@ class PlanarArm:
             return lack
         turn = wrap(self.direction - self._joints(q).sum(axis=-1))
         return np.concatenate([lack, turn[..., None]], axis=-1)
+
+    def task_rate(self, x: ArrayLike, dx: ArrayLike) -> FloatArray:
+        """Return how fast the task changes where tool positions `x` (..., 2) move by `dx`, shape (..., tasks)."""
+        moving = np.broadcast_arrays(np.asarray(dx, dtype=float), np.asarray(x, dtype=float))[0]
+        if self.direction is None:
+            return moving
+        return np.concatenate([moving, np.zeros((*moving.shape[:-1], 1))], axis=-1)  # a direction that is kept
 
     def relaxed(self, slack: ArrayLike, upper: ArrayLike | None = None) -> PlanarArm:
         """Return the same arm with joint limits that give.

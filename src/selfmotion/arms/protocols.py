@@ -133,8 +133,15 @@ class RedundantArm(Protocol):
 
     n: int
     n_u: int
+    dimension: int
+    """Numbers of a task point: 2 for a position in the plane, 7 for a pose in space."""
     branches: tuple[str, ...]
     limits: JointLimits
+
+    @property
+    def has_structure(self) -> bool:
+        """Whether the structure of the angle domain along a path is known in closed form."""
+        ...
 
     @property
     def reach(self) -> float:
@@ -142,15 +149,15 @@ class RedundantArm(Protocol):
         ...
 
     def shortfall(self, x: ArrayLike) -> FloatArray:
-        """Return how far tool positions (..., 2) are out of reach, whatever the joint limits."""
+        """Return how far task points (..., dimension) are out of reach, whatever the joint limits."""
         ...
 
     def forward(self, q: ArrayLike) -> FloatArray:
-        """Return the tool position, shape (..., 2)."""
+        """Return the task point of the tool, shape (..., dimension)."""
         ...
 
     def joint_positions(self, q: ArrayLike) -> FloatArray:
-        """Return the base, every joint and the tool as points, shape (..., n + 1, 2)."""
+        """Return the base, every joint and the tool as points, shape (..., n + 1, 2 or 3)."""
         ...
 
     def task_error(self, q: ArrayLike, x: ArrayLike) -> FloatArray:
@@ -171,6 +178,10 @@ class RedundantArm(Protocol):
 
     def task_residual(self, q: ArrayLike, x: ArrayLike) -> FloatArray:
         """Return what postures lack to do their task, shape (..., tasks)."""
+        ...
+
+    def task_rate(self, x: ArrayLike, dx: ArrayLike) -> FloatArray:
+        """Return how fast the task changes where task points `x` move by `dx`, shape (..., tasks)."""
         ...
 
     def relaxed(self, slack: ArrayLike, upper: ArrayLike | None = None) -> RedundantArm:

@@ -21,6 +21,8 @@ from selfmotion.paths import Path
 
 _BISECTIONS = 50
 # Nothing is called empty that limits wider by this would fill [rad]: tangencies know u to about 1e-8 only.
+_COARSE = 0.3  # spacing of the cells by which a pose is proved to be out of reach [rad]
+_PLACES = 100  # at which poses are looked at where that takes a cover of each
 _AT_ONCE = 10_000  # places along the path
 _SLACK = 1e-7
 # Beyond reach by less than this part of the reach is on its rim.
@@ -180,7 +182,9 @@ def blocked_at(arm: RedundantArm, path: Path, r: float, branches: Sequence[int])
     """Return whether no posture exists at `r`: out of reach, or for one redundant degree by the joint limits."""
     if out_of_reach(arm, path(r)):
         return True
-    return arm.n_u == 1 and bool(angle_domain(arm, path).is_empty(np.array([r]), branches)[0])
+    if not arm.has_structure:
+        return arm.n_u == 1 and len(arm.cover().cells(path(r), _COARSE)) == 0
+    return bool(angle_domain(arm, path).is_empty(np.array([r]), branches)[0])
 
 
 def blocked_stretches(arm: RedundantArm, path: Path, samples: int, branches: Sequence[int]) -> list[Blocked]:
@@ -206,7 +210,14 @@ def blocked_stretches(arm: RedundantArm, path: Path, samples: int, branches: Seq
         for ends in stretches(lambda r: out_of_reach(arm, path(r)), path.grid(samples - 1))
     ]
     if arm.n_u == 1:
-        for low, high in angle_domain(arm, path).empty_stretches(samples, branches):
+        if arm.has_structure:
+            empty = angle_domain(arm, path).empty_stretches(samples, branches)
+        else:
+            cover, places = arm.cover(), np.union1d(path.grid(min(samples - 1, _PLACES)), path.waypoints)
+            empty = stretches(
+                lambda r: np.array([len(cover.cells(x, _COARSE)) == 0 for x in path(r)], dtype=bool), places
+            )
+        for low, high in empty:
             if not any(low <= part.r[1] and part.r[0] <= high for part in found):
                 found.append(Blocked((low, high), "joint limits"))
     return sorted(found, key=lambda part: part.r)

@@ -6,12 +6,14 @@ from selfmotion.exchange.files import OutputFolder, read_text
 from selfmotion.exchange.problem_file import ProblemFile, load_problem, problem_from
 from selfmotion.exchange.structure import structure_lines, structure_object
 from selfmotion.exchange.trajectory import Trajectory, motion_csv, read_trajectory, trajectory_csv
+from selfmotion.exchange.waypoint_file import load_waypoints
 
 __all__ = [
     "OutputFolder",
     "ProblemFile",
     "Trajectory",
     "load_problem",
+    "load_waypoints",
     "motion_csv",
     "problem_from",
     "read_text",

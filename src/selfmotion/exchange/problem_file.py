@@ -6,10 +6,12 @@ import os
 from typing import Any, NamedTuple
 
 from selfmotion._checks import number
+from selfmotion.arms import PlanarArm
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.files import read_text
 from selfmotion.exchange.schema import ProblemForm, build, checked, inside
 from selfmotion.exchange.yaml_text import parse_yaml
+from selfmotion.paths.base import PLANE
 from selfmotion.planners import Planner
 from selfmotion.problem import Problem
 
@@ -50,13 +52,16 @@ def load_problem(file: str | os.PathLike[str]) -> ProblemFile:
     source = os.fspath(file)
     data = parse_yaml(read_text(file, _LARGEST), source)
     try:
-        return problem_from(data)
+        return problem_from(data, os.path.dirname(source))
     except InvalidInputError as error:
         raise error.inside(source=source) from None
 
 
-def problem_from(data: Any) -> ProblemFile:
-    """Return the problem and planner that parsed data describes; see :func:`load_problem`."""
+def problem_from(data: Any, folder: str = "") -> ProblemFile:
+    """Return the problem and planner that parsed data describes; see :func:`load_problem`.
+
+    Relative file names inside are relative to `folder`, by default to the working folder.
+    """
     given = checked(ProblemForm, data)
     task, arm_data = dict(data["path"]), dict(data["arm"])
     direction = task.pop("direction", None)
@@ -64,9 +69,13 @@ def problem_from(data: Any) -> ProblemFile:
         if arm_data.get("direction") is not None:
             raise InvalidInputError("path.direction", "is given in the arm too", "leave one of the two out", direction)
         arm_data["direction"] = inside("path", number, "direction", direction)
-    path = inside("path", build, "path", task)
-    arm = inside("arm", build, "arm", arm_data)
-    planner = inside("planner", build, "planner", data["planner"]) if data.get("planner") is not None else None
+    path = inside("path", build, "path", task, folder)
+    arm = inside("arm", build, "arm", arm_data, folder)
+    if isinstance(arm, PlanarArm) and path.dimension != PLANE:
+        raise InvalidInputError(
+            "path", "leaves the plane that a planar arm moves in", "give a plane path, or another arm"
+        )
+    planner = inside("planner", build, "planner", data["planner"], folder) if data.get("planner") is not None else None
     options = given.model_dump(exclude={"arm", "path", "planner", "obstacles"})
     for name in ("start", "end"):
         if options[name] is not None:

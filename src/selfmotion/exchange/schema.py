@@ -8,6 +8,7 @@ checked by the constructors.
 from __future__ import annotations
 
 import inspect
+import os
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache
@@ -16,8 +17,10 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictInt, ValidationError, WithJsonSchema, create_model
 
 from selfmotion._checks import choice
+from selfmotion._types import FileName
 from selfmotion.arms import ARMS
 from selfmotion.errors import InvalidInputError
+from selfmotion.exchange.waypoint_file import FilePath
 from selfmotion.objectives import OBJECTIVES
 from selfmotion.optimizers import OPTIMIZERS, Optimizer
 from selfmotion.paths import PATHS, Path
@@ -25,18 +28,54 @@ from selfmotion.planners import PLANNERS, Planner
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Pair = Annotated[list[Number], Field(min_length=2, max_length=2)]
+PlaneOrSpace = Annotated[list[Number], Field(min_length=2, max_length=3)]
+Triple = Annotated[list[Number], Field(min_length=3, max_length=3)]
+Quaternion = Annotated[list[Number], Field(min_length=4, max_length=4)]
+Matrix = Annotated[list[Triple], Field(min_length=3, max_length=3)]
+PoseRow = Annotated[list[Number], Field(min_length=7, max_length=7)]
 LimitPair = Annotated[list[Number | None], Field(min_length=2, max_length=2)]
+
+
+class _Form(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+
+class FrameForm(_Form):
+    """A rigid motion: a translation, and a rotation in one of four ways."""
+
+    translation: Triple | None = None
+    quaternion: Quaternion | None = None
+    matrix: Matrix | None = None
+    rpy: Triple | None = None
+    normal: Triple | None = None
+    x_axis: Triple | None = None
+
+
+class FollowForm(_Form):
+    """The tool axis along the tangent, and the direction that another one stays near to."""
+
+    axis: Literal["x", "y", "z"]
+    up: Triple
+
 
 _BY_MARK = {
     "vector": list[Number],
     "point": Pair,
     "points": list[Pair],
+    "position": PlaneOrSpace,
+    "positions": list[PlaneOrSpace],
+    "rotation": Quaternion | Matrix,
+    "rotations": list[Quaternion],
+    "poses": list[PoseRow],
+    "frame": FrameForm | None,
+    "follow": FollowForm | None,
+    "file": str,
     "limits": list[LimitPair | None] | None,
     "box": Pair | list[Pair],
 }
 _SECTIONS: dict[str, Mapping[str, type]] = {
     "arm": ARMS,
-    "path": PATHS,
+    "path": {**PATHS, FilePath.kind: FilePath},
     "planner": PLANNERS,
     "optimizer": OPTIMIZERS,
 }
@@ -62,10 +101,6 @@ _REASONS = {
 def _section(name: str) -> Any:
     # A mark, not a $ref: pydantic resolves references itself, and these definitions are ours.
     return Annotated[dict[str, Any], WithJsonSchema({"x-section": name})]
-
-
-class _Form(BaseModel):
-    model_config = ConfigDict(extra="forbid")
 
 
 class PostureForm(_Form):
@@ -143,11 +178,13 @@ def checked(model: type[BaseModel], data: Any) -> BaseModel:
 
 def _as_ours(model: type[BaseModel], problem: Any) -> InvalidInputError:
     field = ".".join(str(part) for part in problem["loc"] if not _is_union_tag(part))
+    for part in problem["loc"][:-1]:
+        model = _inner_form(model, part) or model
     known = [name for name in model.model_fields if name != "kind"]
     if problem["type"] == "missing":
         return InvalidInputError(field, "is missing", f"add it; the fields are {', '.join(known)}")
     if problem["type"] == "extra_forbidden":
-        near = get_close_matches(field, known, 1)
+        near = get_close_matches(str(problem["loc"][-1]), known, 1)
         hint = f"did you mean {near[0]!r}? " if near else ""
         return InvalidInputError(field, "is not a known field", f"{hint}the fields are {', '.join(known)}")
     if field.startswith("obstacles"):
@@ -156,12 +193,19 @@ def _as_ours(model: type[BaseModel], problem: Any) -> InvalidInputError:
     return InvalidInputError(field, reason, remedy.format(**problem.get("ctx", {})), problem["input"])
 
 
+def _inner_form(model: type[BaseModel], name: Any) -> type[BaseModel] | None:
+    """Return the form of a field that has one, such as `frame`."""
+    hint = model.model_fields[name].annotation if name in model.model_fields else None
+    options = (hint, *get_args(hint))
+    return next((option for option in options if inspect.isclass(option) and issubclass(option, BaseModel)), None)
+
+
 def _is_union_tag(part: Any) -> bool:
     """Return whether pydantic put the name of a union's member, not a field, into a location."""
     return isinstance(part, str) and ("[" in part or part in ("float", "int", "str", "none", "list"))
 
 
-def build(section: str, data: Any) -> Any:
+def build(section: str, data: Any, folder: str = "") -> Any:
     """Make the object that a section of a problem file describes.
 
     Parameters
@@ -170,6 +214,8 @@ def build(section: str, data: Any) -> Any:
         ``"arm"``, ``"path"``, ``"planner"`` or ``"optimizer"``.
     data : object
         The section as parsed.
+    folder : str
+        What relative file names are relative to.
 
     Returns
     -------
@@ -190,18 +236,20 @@ def build(section: str, data: Any) -> Any:
     given = {name: value for name, value in data.items() if name != "kind"}
     hints = get_type_hints(registry[kind].__init__, include_extras=True)  # type: ignore[misc]
     for name, value in given.items():
-        given[name] = _nested(hints[name], name, value)
+        given[name] = _nested(hints[name], name, value, folder)
     return registry[kind](**given)
 
 
-def _nested(hint: Any, name: str, value: Any) -> Any:
-    """Build what is inside a section: an optimizer, a path, a list of paths."""
+def _nested(hint: Any, name: str, value: Any, folder: str) -> Any:
+    """Build what is inside a section: an optimizer, a path, a list of paths, the full name of a file."""
+    if hint == FileName:
+        return os.path.join(folder, value)
     if hint in _NESTED:
-        return inside(name, build, _NESTED[hint], value)
+        return inside(name, build, _NESTED[hint], value, folder)
     if get_origin(hint) is Sequence and get_args(hint)[0] in _NESTED:
-        return [inside(f"{name}.{k}", build, _NESTED[get_args(hint)[0]], item) for k, item in enumerate(value)]
+        return [inside(f"{name}.{k}", build, _NESTED[get_args(hint)[0]], item, folder) for k, item in enumerate(value)]
     if value is not None and get_args(hint) and get_args(hint)[0] in _NESTED:  # one that may be left out
-        return inside(name, build, _NESTED[get_args(hint)[0]], value)
+        return inside(name, build, _NESTED[get_args(hint)[0]], value, folder)
     return value
 
 
@@ -219,19 +267,27 @@ def json_schema() -> dict[str, Any]:
     definitions = schema.setdefault("$defs", {})
     for section, registry in _SECTIONS.items():
         for kind in registry:
-            definitions[f"{section}_{kind}"] = form(section, kind).model_json_schema()
+            definitions[f"{section}_{kind}"] = _lifted(form(section, kind), definitions)
         definitions[section] = {"oneOf": [{"$ref": f"#/$defs/{section}_{kind}"} for kind in registry]}
     # The path that the tool follows may also say which direction the last link keeps; paths inside it may not.
     tasks = [
-        create_model(f"task_{kind}", __base__=form("path", kind), direction=(Number | None, None)) for kind in PATHS
+        create_model(f"task_{kind}", __base__=form("path", kind), direction=(Number | None, None))
+        for kind in _SECTIONS["path"]
     ]
-    definitions["task"] = {"oneOf": [task.model_json_schema() for task in tasks]}
+    definitions["task"] = {"oneOf": [_lifted(task, definitions) for task in tasks]}
     schema = _with_references(schema)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "selfmotion problem",
         **{key: value for key, value in schema.items() if key != "title"},
     }
+
+
+def _lifted(model: type[BaseModel], definitions: dict[str, Any]) -> dict[str, Any]:
+    """Return a form's schema, the forms inside it moved to `definitions`, where references look for them."""
+    schema = model.model_json_schema()
+    definitions.update(schema.pop("$defs", {}))
+    return schema
 
 
 def _with_references(node: Any) -> Any:

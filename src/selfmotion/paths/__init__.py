@@ -12,6 +12,8 @@ from selfmotion.paths.clothoid import Clothoid
 from selfmotion.paths.ellipse import Arc, Circle, Ellipse
 from selfmotion.paths.line import Line
 from selfmotion.paths.lissajous import Lissajous
+from selfmotion.paths.placed import Frame, Placed
+from selfmotion.paths.pose import PosePath, PoseWaypoints, angular_velocity, rotation_matrix
 from selfmotion.paths.rose import Rose
 from selfmotion.paths.transforms import ArcLength, Concatenation, Relative, Reversed, Section, Transformed
 from selfmotion.paths.waypoints import Waypoints
@@ -32,6 +34,9 @@ PATHS: dict[str, type[Path]] = {
         ArcLength,
         Concatenation,
         Transformed,
+        Placed,
+        PosePath,
+        PoseWaypoints,
     )
 }
 """Every path by the ``kind`` of a problem file."""
@@ -45,13 +50,19 @@ __all__ = [
     "Clothoid",
     "Concatenation",
     "Ellipse",
+    "Frame",
     "Line",
     "Lissajous",
     "Path",
+    "Placed",
+    "PosePath",
+    "PoseWaypoints",
     "Relative",
     "Reversed",
     "Rose",
     "Section",
     "Transformed",
     "Waypoints",
+    "angular_velocity",
+    "rotation_matrix",
 ]

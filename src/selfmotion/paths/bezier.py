@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.polynomial.chebyshev import chebder, chebinterpolate, chebval
 
-from selfmotion._checks import finite_array, read_only
-from selfmotion._types import FloatArray, Points
+from selfmotion._checks import read_only
+from selfmotion._types import FloatArray, Positions
 from selfmotion.errors import InvalidInputError
-from selfmotion.paths.base import Path
+from selfmotion.paths.base import Path, distance, plane_or_space
 
 # Above this degree the same polynomial is summed as a Chebyshev series: linear instead of quadratic time.
 _MOST_CASTELJAU = 24
@@ -21,7 +21,7 @@ class Bezier(Path):
 
     Parameters
     ----------
-    control_points : array_like, shape (d + 1, 2)
+    control_points : array_like, shape (d + 1, 2) or (d + 1, 3)
         At least two points, not all the same; d is the degree.
 
     Raises
@@ -37,9 +37,10 @@ class Bezier(Path):
     """
 
     kind = "bezier"
+    highest_order = 3
 
-    def __init__(self, control_points: Points) -> None:
-        points = finite_array("control_points", control_points, 2, 2)
+    def __init__(self, control_points: Positions) -> None:
+        points = plane_or_space("control_points", control_points, 2)
         if len(points) < 2:
             raise InvalidInputError("control_points", f"has {len(points)} point", "give at least two", control_points)
         if (points == points[0]).all():
@@ -47,11 +48,12 @@ class Bezier(Path):
                 "control_points", "all coincide: the path has no length", "move one of them", control_points
             )
         self.control_points = read_only(points)
+        self.dimension = points.shape[1]
         self._chebyshev: list[Any] = []
         if len(points) - 1 > _MOST_CASTELJAU:
             nodes: Any = lambda t: self._casteljau((t + 1) / 2, 0)  # noqa: E731
             series = chebinterpolate(nodes, len(points) - 1)
-            self._chebyshev = [series, 2 * chebder(series), 4 * chebder(series, 2)]
+            self._chebyshev = [series, 2 * chebder(series), 4 * chebder(series, 2), 8 * chebder(series, 3)]
 
     def __repr__(self) -> str:
         return f"Bezier({self.control_points.tolist()})"
@@ -65,7 +67,7 @@ class Bezier(Path):
         points = self.control_points
         for _ in range(order):
             degree = len(points) - 1
-            points = degree * np.diff(points, axis=0) if degree > 0 else np.zeros((1, 2))
+            points = degree * np.diff(points, axis=0) if degree > 0 else np.zeros((1, self.dimension))
         layer = np.repeat(points[:, :, None], len(r), axis=2)  # r last: long loops
         while len(layer) > 1:
             layer = (1 - r) * layer[:-1] + r * layer[1:]
@@ -73,13 +75,23 @@ class Bezier(Path):
 
     def _fastest(self, low: float, high: float) -> float:
         """Bound the speed by the control points of the derivative, a Bezier curve itself, cut down to the part."""
-        degree = len(self.control_points) - 1
-        points = degree * np.diff(self.control_points, axis=0)
+        return self._largest(1, low, high)
+
+    def _bending(self, low: float, high: float) -> float:
+        return self._largest(2, low, high)
+
+    def _largest(self, order: int, low: float, high: float) -> float:
+        """Bound a derivative by its control points."""
+        points = self.control_points
+        for degree in range(len(points) - 1, len(points) - 1 - order, -1):
+            points = degree * np.diff(points, axis=0)
+        if not len(points):
+            return 0.0
         if high < 1.0:
             points = _first_part(points, high)
         if low > 0.0:
             points = _first_part(points[::-1], 1.0 - low / high)[::-1]
-        return float(np.hypot(points[:, 0], points[:, 1]).max())
+        return float(distance(points).max())
 
 
 def _first_part(points: FloatArray, t: float) -> FloatArray:

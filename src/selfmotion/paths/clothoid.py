@@ -44,6 +44,7 @@ class Clothoid(Path):
     """
 
     kind = "clothoid"
+    highest_order = 3
 
     def __init__(self, center: Point, scale: float, coefficients: Vector, t_range: Point) -> None:
         self.center = read_only(finite_array("center", center, 1, 2))
@@ -113,11 +114,22 @@ class Clothoid(Path):
         angle = polyval(t, self.coefficients)
         if order == 1:
             return self.factor * rate * np.stack([np.sin(angle), np.cos(angle)], axis=-1)
-        turning = self.factor * rate**2 * polyval(t, self._slope)
-        return turning[:, None] * np.stack([np.cos(angle), -np.sin(angle)], axis=-1)
+        slope, across = polyval(t, self._slope), np.stack([np.cos(angle), -np.sin(angle)], axis=-1)
+        if order == 2:
+            turning = self.factor * rate**2 * slope
+            return turning[:, None] * across
+        along, bend = np.stack([np.sin(angle), np.cos(angle)], axis=-1), polyval(t, polyder(self._slope))
+        return self.factor * rate**3 * (bend[:, None] * across - slope[:, None] ** 2 * along)
 
     def _fastest(self, low: float, high: float) -> float:
         return abs(self.factor * float(self.t_range[1] - self.t_range[0]))
+
+    def _bending(self, low: float, high: float) -> float:
+        ends = self.t_range[0] + np.diff(self.t_range) * np.array([low, high])
+        steepest = np.abs(_taylor(self._slope, float(ends.mean()))) @ (0.5 * abs(ends[1] - ends[0])) ** np.arange(
+            len(self._slope)
+        )
+        return abs(self.factor) * float(np.diff(self.t_range)[0]) ** 2 * float(steepest)
 
 
 def _taylor(coefficients: FloatArray, center: float) -> FloatArray:

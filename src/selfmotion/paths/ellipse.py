@@ -35,6 +35,7 @@ class Ellipse(Path):
     """
 
     kind = "ellipse"
+    highest_order = 3
 
     def __init__(
         self,
@@ -70,6 +71,9 @@ class Ellipse(Path):
         most = largest_cosine(float(ends.min()), float(ends.max()), negative=bool(a > b))
         square = 0.5 * (a * a + b * b + abs(a * a - b * b) * most)
         return abs(self.sweep) * float(np.sqrt(square))
+
+    def _bending(self, low: float, high: float) -> float:
+        return self.sweep**2 * float(self.radii.max())
 
 
 class Circle(Ellipse):

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from selfmotion._checks import finite_array, read_only
-from selfmotion._types import FloatArray, Point
+from selfmotion._types import FloatArray, Position
 from selfmotion.errors import InvalidInputError
-from selfmotion.paths.base import Path
+from selfmotion.paths.base import Path, distance, plane_or_space
 
 
 class Line(Path):
@@ -15,22 +15,24 @@ class Line(Path):
 
     Parameters
     ----------
-    start, end : array_like, shape (2,)
-        Its ends, not the same.
+    start, end : array_like, shape (2,) or (3,)
+        Its ends, not the same, in the plane or in space.
 
     Raises
     ------
     InvalidInputError
-        If the ends coincide.
+        If the ends coincide, or one lies in the plane and the other in space.
     """
 
     kind = "line"
+    highest_order = 3
 
-    def __init__(self, start: Point, end: Point) -> None:
-        self.start = read_only(finite_array("start", start, 1, 2))
-        self.end = read_only(finite_array("end", end, 1, 2))
+    def __init__(self, start: Position, end: Position) -> None:
+        self.start = read_only(plane_or_space("start", start, 1))
+        self.end = read_only(finite_array("end", end, 1, len(self.start)))
         if (self.start == self.end).all():
             raise InvalidInputError("end", "equals start: the path has no length", "give another point", end)
+        self.dimension = len(self.start)
 
     def __repr__(self) -> str:
         return f"Line({self.start.tolist()}, {self.end.tolist()})"
@@ -39,7 +41,10 @@ class Line(Path):
         t = r[:, None]
         if order == 0:
             return (1 - t) * self.start + t * self.end
-        return np.tile(self.end - self.start if order == 1 else np.zeros(2), (len(r), 1))
+        return np.tile(self.end - self.start if order == 1 else np.zeros(self.dimension), (len(r), 1))
 
     def _fastest(self, low: float, high: float) -> float:
-        return float(np.hypot(*(self.end - self.start)))
+        return float(distance(self.end - self.start))
+
+    def _bending(self, low: float, high: float) -> float:
+        return 0.0

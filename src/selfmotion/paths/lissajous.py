@@ -34,6 +34,7 @@ class Lissajous(Path):
     """
 
     kind = "lissajous"
+    highest_order = 3
 
     def __init__(self, center: Point, radii: Point, frequencies: Point, phase: float = 0.0) -> None:
         self.center = read_only(finite_array("center", center, 1, 2))
@@ -61,3 +62,6 @@ class Lissajous(Path):
             square = 0.5 * (1.0 + largest_cosine(float(ends.min()), float(ends.max())))
             speeds.append(2 * np.pi * abs(frequency) * radius * np.sqrt(square))
         return float(np.hypot(*speeds))
+
+    def _bending(self, low: float, high: float) -> float:
+        return float(np.hypot(*(self.radii * (2 * np.pi * self.frequencies) ** 2)))

@@ -36,6 +36,7 @@ class Rose(Path):
     """
 
     kind = "rose"
+    highest_order = 3
 
     def __init__(
         self, center: Point, radius: float, petals: float, sweep: float = 2 * np.pi, rotation: float = 0.0
@@ -66,3 +67,7 @@ class Rose(Path):
         ends = 2.0 * self.petals * self.sweep * np.array([low, high])
         most = largest_cosine(float(ends.min()), float(ends.max()), negative=a * b < 0)
         return 0.5 * self.radius * float(np.sqrt(max(a * a + b * b + 2 * abs(a * b) * most, 0.0)))
+
+    def _bending(self, low: float, high: float) -> float:
+        rates = np.array([1 + self.petals, 1 - self.petals]) * self.sweep
+        return 0.5 * self.radius * float((rates**2).sum())

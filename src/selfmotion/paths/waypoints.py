@@ -7,11 +7,78 @@ from typing import Literal
 
 import numpy as np
 
-from selfmotion._checks import choice, finite_array, read_only
-from selfmotion._types import FloatArray, Points
+from selfmotion._checks import choice, read_only
+from selfmotion._types import FloatArray, Positions
 from selfmotion.errors import InvalidInputError
-from selfmotion.paths.base import Path
+from selfmotion.paths.base import Path, distance, plane_or_space
 from selfmotion.quadrature import panel_of
+
+
+class Pieces:
+    """A curve through points at given parameters, linear or cubic from one to the next.
+
+    Parameters
+    ----------
+    knots : array, shape (k,)
+        Ascending from 0 to 1.
+    points : array, shape (k, d)
+    smooth : bool
+        Whether it is the C² cubic spline.
+    closed : bool
+        Whether that spline is periodic; else it has not-a-knot ends.
+    """
+
+    def __init__(self, knots: FloatArray, points: FloatArray, smooth: bool, closed: bool) -> None:
+        self.knots = knots
+        self.points = points
+        self._spline: Callable[..., FloatArray] | None = None
+        if smooth:
+            from scipy.interpolate import CubicSpline
+
+            spline = CubicSpline(knots, points, bc_type="periodic" if closed else "not-a-knot")
+            # Its pieces' coefficients (4, k − 1, d), the cubic ones first.
+            self._spline, self._coefficients = spline, np.asarray(spline.c)
+
+    def evaluate(self, r: FloatArray, order: int) -> FloatArray:
+        """Return the derivative of `order` 0 to 3 at `r` (k,), shape (k, d)."""
+        if self._spline is not None:
+            return np.asarray(self._spline(r, order))
+        piece = panel_of(self.knots, r)
+        width = (self.knots[piece + 1] - self.knots[piece])[:, None]
+        if order > 1:
+            return np.zeros((len(r), self.points.shape[1]))
+        if order == 1:
+            return (self.points[piece + 1] - self.points[piece]) / width
+        t = (r[:, None] - self.knots[piece][:, None]) / width
+        return (1 - t) * self.points[piece] + t * self.points[piece + 1]
+
+    def fastest(self, low: float, high: float) -> float:
+        """Return a bound on the speed over [low, high]."""
+        pieces = np.flatnonzero((self.knots[:-1] <= high) & (self.knots[1:] >= low))
+        left, right = self.knots[pieces], self.knots[pieces + 1]
+        if self._spline is None:
+            speeds = (self.points[pieces + 1] - self.points[pieces]) / (right - left)[:, None]
+            return float(distance(speeds).max())
+        # On each piece the speed is a parabola: a Bezier curve of three control points.
+        left, right = np.clip(low, left, right), np.clip(high, left, right)
+        half = 0.5 * (right - left)[:, None]
+        cubic, square, linear = (self._coefficients[k][pieces] for k in range(3))
+        start = (left - self.knots[pieces])[:, None]
+        one = (3 * cubic * start + 2 * square) * start + linear
+        two = one + half * (6 * cubic * start + 2 * square)
+        stop = start + 2 * half
+        three = (3 * cubic * stop + 2 * square) * stop + linear
+        return float(max(distance(points).max() for points in (one, two, three)))
+
+    def bending(self, low: float, high: float) -> float:
+        """Return the largest second derivative over [low, high]: it is linear on each piece."""
+        if self._spline is None:
+            return 0.0
+        pieces = np.flatnonzero((self.knots[:-1] <= high) & (self.knots[1:] >= low))
+        left, right = self.knots[pieces], self.knots[pieces + 1]
+        cubic, square = self._coefficients[0][pieces], self._coefficients[1][pieces]
+        ends = (np.clip(end, left, right) - left for end in (low, high))
+        return float(max(distance(6 * cubic * end[:, None] + 2 * square).max() for end in ends))
 
 
 class Waypoints(Path):
@@ -19,7 +86,7 @@ class Waypoints(Path):
 
     Parameters
     ----------
-    points : array_like, shape (k, 2)
+    points : array_like, shape (k, 2) or (k, 3)
         At least two; neighbours must differ.
     interpolation : {"linear", "spline"}
         ``linear`` is the exact polyline; ``spline`` the cubic spline with continuous second derivative,
@@ -36,13 +103,14 @@ class Waypoints(Path):
     """
 
     kind = "waypoints"
+    highest_order = 3
 
-    def __init__(self, points: Points, interpolation: Literal["linear", "spline"] = "linear") -> None:
-        self.points = read_only(finite_array("points", points, 2, 2))
+    def __init__(self, points: Positions, interpolation: Literal["linear", "spline"] = "linear") -> None:
+        self.points = read_only(plane_or_space("points", points, 2))
         self.interpolation = choice("interpolation", interpolation, ("linear", "spline"))
         if len(self.points) < 2:
             raise InvalidInputError("points", f"has {len(self.points)} point", "give at least two", points)
-        chords = np.hypot(*np.diff(self.points, axis=0).T)
+        chords = distance(np.diff(self.points, axis=0))
         if not chords.all():
             at = int(np.flatnonzero(chords == 0)[0])
             raise InvalidInputError("points", f"repeats point {at} as point {at + 1}", "drop one of the two")
@@ -52,20 +120,12 @@ class Waypoints(Path):
             at = int(np.flatnonzero(np.diff(knots) <= 0)[0])
             raise InvalidInputError("points", f"{at} and {at + 1} are too close to tell apart", "drop one of them")
         self.knots = read_only(knots)
-        self._spline: Callable[..., FloatArray] | None = None
-        if self.interpolation == "spline":
-            self._spline, self._coefficients = self._fit()
+        closed = len(self.points) > 2 and bool((self.points[0] == self.points[-1]).all())
+        self._pieces = Pieces(self.knots, self.points, self.interpolation == "spline", closed)
+        self.dimension = self.points.shape[1]
 
     def __repr__(self) -> str:
         return f"Waypoints({self.points.tolist()}, {self.interpolation!r})"
-
-    def _fit(self) -> tuple[Callable[..., FloatArray], FloatArray]:
-        """Return the spline, and its pieces' coefficients (4, k − 1, 2), the cubic ones first."""
-        from scipy.interpolate import CubicSpline
-
-        closed = len(self.points) > 2 and (self.points[0] == self.points[-1]).all()
-        spline = CubicSpline(self.knots, self.points, bc_type="periodic" if closed else "not-a-knot")
-        return spline, np.asarray(spline.c)
 
     @property
     def breaks(self) -> FloatArray:
@@ -78,30 +138,10 @@ class Waypoints(Path):
         return self.knots
 
     def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
-        if self._spline is not None:
-            return np.asarray(self._spline(r, order))
-        piece = panel_of(self.knots, r)
-        width = (self.knots[piece + 1] - self.knots[piece])[:, None]
-        if order == 2:
-            return np.zeros((len(r), 2))
-        if order == 1:
-            return (self.points[piece + 1] - self.points[piece]) / width
-        t = (r[:, None] - self.knots[piece][:, None]) / width
-        return (1 - t) * self.points[piece] + t * self.points[piece + 1]
+        return self._pieces.evaluate(r, order)
 
     def _fastest(self, low: float, high: float) -> float:
-        pieces = np.flatnonzero((self.knots[:-1] <= high) & (self.knots[1:] >= low))
-        left, right = self.knots[pieces], self.knots[pieces + 1]
-        if self._spline is None:
-            speeds = (self.points[pieces + 1] - self.points[pieces]) / (right - left)[:, None]
-            return float(np.hypot(speeds[:, 0], speeds[:, 1]).max())
-        # On each piece the speed is a parabola: a Bezier curve of three control points.
-        left, right = np.clip(low, left, right), np.clip(high, left, right)
-        half = 0.5 * (right - left)[:, None]
-        cubic, square, linear = (self._coefficients[k][pieces] for k in range(3))
-        start = (left - self.knots[pieces])[:, None]
-        one = (3 * cubic * start + 2 * square) * start + linear
-        two = one + half * (6 * cubic * start + 2 * square)
-        stop = start + 2 * half
-        three = (3 * cubic * stop + 2 * square) * stop + linear
-        return float(max(np.hypot(points[:, 0], points[:, 1]).max() for points in (one, two, three)))
+        return self._pieces.fastest(low, high)
+
+    def _bending(self, low: float, high: float) -> float:
+        return self._pieces.bending(low, high)

@@ -103,7 +103,7 @@ class _Search:
 
     def plan(self) -> Plan:
         problem = self.problem
-        if not leads_on(problem) or problem.blocked:
+        if problem.arm.has_structure and (not leads_on(problem) or problem.blocked):
             self._explain()
         argument = self._prove()
         self._polish()

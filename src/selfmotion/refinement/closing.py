@@ -84,9 +84,7 @@ class ClosedSpline:
             ds + by_room * self._room_rate(at.s, ds) + by_pull * _pull(self.arm.jacobian_rate(at.s, ds), at.multipliers)
         )
         now = self.arm.jacobian(at.q)
-        wanted = np.zeros(at.multipliers.shape)
-        wanted[:, :2] = self.path(flat, 1)  # a direction that is kept has no rate
-        lack = wanted - (now @ given[:, :, None])[:, :, 0]
+        lack = self.arm.task_rate(self.path(flat), self.path(flat, 1)) - (now @ given[:, :, None])[:, :, 0]
         speed = _solved((now * by_pull[:, None, :]) @ np.swapaxes(at.jacobian, 1, 2), lack)
         rates = given + by_pull * _pull(at.jacobian, speed)
         return rates.reshape(*values.shape, self.arm.n)

@@ -1,0 +1,666 @@
+"""Kernels that cover a self-motion by cells: pieces of proved curves, and boxes where nothing is proved of it.
+
+What the closed form of an arm encloses as one smooth branch is cut until each part is one proved curve. At folds and
+where a joint is free it gives boxes that hold all solutions; these are cut until each is empty or crossed by one proved
+curve, which is as regular there as anywhere.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from selfmotion._compiled import kernel
+from selfmotion._types import BoolArray, FloatArray, IntArray
+from selfmotion.arms._cover_kernels import choices, off_chord
+from selfmotion.arms._curve_kernels import (
+    PAD,
+    TAU,
+    Chain,
+    Chart,
+    Task,
+    chart_for,
+    curled,
+    enclose_curve,
+    is_on_curve,
+    is_only_one,
+    linearise,
+    null_direction,
+    prepare,
+    settle,
+)
+from selfmotion.arms._family_kernels import BRANCHES, enclose_branches, enclose_sector, is_free, solve_branches
+from selfmotion.arms._roots import EMPTY, MERGED, REGULAR, SINGULAR
+
+_TOO_LONG = 1.3  # times the spacing
+_DEEP = 64
+_FOLDED = 0.03  # width of the box about a fold below which it is looked at in joint space [rad]
+_SINGULAR = 5e-3  # width in u of what is left of a singularity before it is
+_SECTORS = 48  # in which a free joint's turn is looked at
+_BOXES = 4000  # that a box may be cut into before what is left is taken as it is
+_CLOSE = 1e-3  # how far off a closed form may be near its folds [rad]
+_FAR = 1.0  # how far Newton's method may go [rad]
+
+
+class Windows(NamedTuple):
+    """Where joints may be: joint j in the intervals first[j] to first[j + 1], or anywhere if it wraps."""
+
+    wraps: BoolArray
+    ends: FloatArray
+    first: IntArray
+
+
+class Found(NamedTuple):
+    """The cells found: ends, bow, room around chord and parabola (m, n) each, and their pieces (m, 4)."""
+
+    a: FloatArray
+    b: FloatArray
+    bow: FloatArray
+    dev: FloatArray
+    rest: FloatArray
+    pieces: FloatArray
+    origin: IntArray
+
+
+@kernel
+def has_options(windows: Windows, box: FloatArray) -> bool:
+    """Return whether a box (n, 2), moved by whole turns, meets the windows."""
+    for j in range(len(box)):
+        if windows.wraps[j]:
+            continue
+        inside = False
+        for w in range(windows.first[j], windows.first[j + 1]):
+            turn = np.ceil((windows.ends[w, 0] - box[j, 1]) / TAU - PAD)
+            inside = inside or turn <= np.floor((windows.ends[w, 1] - box[j, 0]) / TAU + PAD)
+        if not inside:
+            return False
+    return True
+
+
+@kernel
+def point_on(chain: Chain, task: Task, chart: Chart, s: float, shift: FloatArray, q: FloatArray, spare: Chart) -> float:
+    """Fill in the posture at s on the proved curve, moved by whole turns; return its error, negative if it is lost."""
+    for i in range(len(q)):
+        q[i] = chart.center[i] + s * chart.tangent[i] + 0.5 * s * s * chart.curvature[i]
+    error = settle(chain, task, q, chart.direction, _FAR, spare)
+    for i in range(len(q)):
+        z = q[i] - chart.center[i] - s * chart.tangent[i] - 0.5 * s * s * chart.curvature[i]
+        if error >= 0.0 and abs(z) > chart.tube[i] + error:
+            error = -1.0
+        q[i] += shift[i]
+    return error
+
+
+@kernel
+def emit_curve(
+    chain: Chain, task: Task, chart: Chart, spare: Chart, left: float, right: float, a: FloatArray, b: FloatArray,
+    error: float, windows: Windows, near: FloatArray, only_near: bool, inside: FloatArray, boxed: bool,
+    strand: float, low: float, high: float, found: Found, count: int, origin: int,
+) -> int:  # fmt: skip
+    """Write the proved curve from s = left to right, ends a and b, in all turns that the windows allow.
+
+    If `boxed` only what is inside the box `inside` (n, 2) as well. Return the new count.
+    """
+    n = len(a)
+    shift, chosen = np.zeros((n, 16)), np.full((n, 16), -1, np.int64)
+    many, pick = np.ones(n, np.int64), np.zeros(n, np.int64)
+    width = right - left
+    for j in range(n):
+        room = 0.125 * width * width * chart.spread[j] + error
+        about = off_chord(room, chart.curvature[j], width)
+        one, two = min(a[j], b[j]) - about, max(a[j], b[j]) + about
+        if boxed and (one > inside[j, 1] or two < inside[j, 0]):
+            return count
+        if windows.wraps[j]:
+            target = near[j] if only_near else 0.0
+            shift[j, 0] = TAU * np.rint((target - 0.5 * (a[j] + b[j])) / TAU)
+        else:
+            mine = windows.ends[windows.first[j] : windows.first[j + 1]]
+            many[j] = choices(one, two, mine, near[j], only_near, shift[j], chosen[j])
+        if many[j] == 0:
+            return count
+    while True:
+        count = emit_turned(
+            chain, task, chart, spare, left, right, a, b, error, windows, shift, chosen, pick, inside, boxed,
+            strand, low, high, found, count, origin,
+        )  # fmt: skip
+        j = 0
+        while j < n:
+            pick[j] += 1
+            if pick[j] < many[j]:
+                break
+            pick[j] = 0
+            j += 1
+        if j == n:
+            return count
+
+
+@kernel
+def emit_turned(
+    chain: Chain, task: Task, chart: Chart, spare: Chart, left: float, right: float, a: FloatArray, b: FloatArray,
+    error: float, windows: Windows, shift: FloatArray, chosen: IntArray, pick: IntArray, inside: FloatArray,
+    boxed: bool, strand: float, low: float, high: float, found: Found, count: int, origin: int,
+) -> int:  # fmt: skip
+    """Write one cell, trimmed to its windows; none if nothing of it is inside."""
+    n = len(a)
+    one, two, turn = np.empty(n), np.empty(n), np.empty(n)
+    for j in range(n):
+        turn[j] = shift[j, pick[j]]
+        one[j], two[j] = a[j] + turn[j], b[j] + turn[j]
+    start, stop = left, right
+    for _ in range(4):
+        width = stop - start
+        first, last = 0.0, 1.0
+        for j in range(n):
+            about = off_chord(0.125 * width * width * chart.spread[j] + error, chart.curvature[j], width)
+            floor, ceiling = -np.inf, np.inf
+            if chosen[j, pick[j]] >= 0:
+                w = windows.first[j] + chosen[j, pick[j]]
+                floor, ceiling = windows.ends[w, 0], windows.ends[w, 1]
+            if boxed:
+                floor, ceiling = max(floor, inside[j, 0] + turn[j]), min(ceiling, inside[j, 1] + turn[j])
+            floor, ceiling = floor - about, ceiling + about
+            step = two[j] - one[j]
+            if abs(step) < 1e-300:
+                if one[j] < floor or one[j] > ceiling:
+                    return count
+                continue
+            s, e = (floor - one[j]) / step, (ceiling - one[j]) / step
+            first, last = max(first, min(s, e)), min(last, max(s, e))
+        first, last = first - 1e-9 * (first > 0.0), last + 1e-9 * (last < 1.0)
+        if first > last:
+            return count
+        first, last = max(first, 0.0), min(last, 1.0)
+        if last - first > 0.999:
+            break
+        was_start, was_stop = start, stop
+        if first > 0.0:
+            start += width * first
+            off = point_on(chain, task, chart, start, turn, one, spare)
+            if off < 0.0:
+                start = was_start
+                for j in range(n):
+                    one[j] = a[j] + turn[j]
+            error = max(error, off)
+        if last < 1.0:
+            stop = was_start + width * last
+            off = point_on(chain, task, chart, stop, turn, two, spare)
+            if off < 0.0:
+                stop = was_stop
+                for j in range(n):
+                    two[j] = b[j] + turn[j]
+            error = max(error, off)
+        if stop - start > 0.95 * (was_stop - was_start):
+            break
+    if count < len(found.a):
+        width = stop - start
+        for j in range(n):
+            room = 0.125 * width * width * chart.spread[j] * (1.0 + PAD) + error + PAD
+            found.a[count, j], found.b[count, j], found.rest[count, j] = one[j], two[j], room
+            found.bow[count, j] = -(width * width) * chart.curvature[j]
+            found.dev[count, j] = off_chord(room, chart.curvature[j], width)
+        span = (high - low) / (right - left) if right > left else 0.0
+        found.pieces[count, 0], found.pieces[count, 1] = strand, 0.0
+        found.pieces[count, 2] = low if start == left else low + span * (start - left)
+        found.pieces[count, 3] = high if stop == right else low + span * (stop - left)
+        found.origin[count] = origin
+    return count + 1
+
+
+@kernel
+def emit_box(
+    windows: Windows, box: FloatArray, near: FloatArray, only_near: bool, found: Found, count: int, origin: int
+) -> int:
+    """Write a box (n, 2) as a cell of which nothing is known, in all turns that the windows allow."""
+    n = len(box)
+    shift, chosen = np.zeros((n, 16)), np.full((n, 16), -1, np.int64)
+    many, pick = np.ones(n, np.int64), np.zeros(n, np.int64)
+    for j in range(n):
+        if windows.wraps[j]:
+            target = near[j] if only_near else 0.0
+            shift[j, 0] = TAU * np.rint((target - 0.5 * (box[j, 0] + box[j, 1])) / TAU)
+        else:
+            mine = windows.ends[windows.first[j] : windows.first[j + 1]]
+            many[j] = choices(box[j, 0], box[j, 1], mine, near[j], only_near, shift[j], chosen[j])
+        if many[j] == 0:
+            return count
+    while True:
+        if count < len(found.a):
+            for j in range(n):
+                middle = 0.5 * (box[j, 0] + box[j, 1]) + shift[j, pick[j]]
+                found.a[count, j], found.b[count, j], found.bow[count, j] = middle, middle, 0.0
+                room = 0.5 * (box[j, 1] - box[j, 0]) * (1.0 + PAD) + PAD
+                found.dev[count, j], found.rest[count, j] = room, room
+            found.pieces[count, 0], found.pieces[count, 1] = -1.0, 1.0
+            found.pieces[count, 2], found.pieces[count, 3] = 0.0, 0.0
+            found.origin[count] = origin
+        count += 1
+        j = 0
+        while j < n:
+            pick[j] += 1
+            if pick[j] < many[j]:
+                break
+            pick[j] = 0
+            j += 1
+        if j == n:
+            return count
+
+
+@kernel
+def narrowed(chain: Chain, chart: Chart, middle: FloatArray, radius: FloatArray) -> bool:
+    """Narrow a box to where its postures can do the task, linearised in its middle; return whether any can."""
+    n = len(middle)
+    along = 0.0
+    for j in range(n):
+        along += abs(chart.direction[j]) * radius[j]
+    beyond = 0.0
+    for k in range(n):
+        i = n - 1 - k
+        beyond += radius[i]
+        chart.local[i] = min(chain.levers[i], chart.levers[i] + PAD + chain.levers[i] * beyond)
+    by_position, by_rotation = 0.5 * curled(chart.local, radius, radius), 0.5 * beyond * beyond
+    for i in range(n):
+        room = (
+            along * abs(chart.tangent[i]) + chart.by_position[i] * by_position + chart.by_rotation[i] * by_rotation
+        ) * (1.0 + 1e-9) + PAD * (1.0 + (chart.by_position[i] + chart.by_rotation[i]) * (1.0 + chain.levers[0]))
+        low, high = max(chart.offset[i] - room, -radius[i]), min(chart.offset[i] + room, radius[i])
+        if low > high:
+            return False
+        middle[i] += 0.5 * (low + high)
+        radius[i] = 0.5 * (high - low) * (1.0 + PAD)
+    return True
+
+
+@kernel
+def holds_box(chain: Chain, chart: Chart, middle: FloatArray, radius: FloatArray) -> float:
+    """Return half the length of a proved curve beside which no posture of a box does the task; negative if none is."""
+    n = len(middle)
+    half, s0 = 0.0, 0.0
+    for j in range(n):
+        half += abs(chart.direction[j]) * radius[j]
+        s0 += chart.direction[j] * (middle[j] - chart.center[j])
+    half = (half + abs(s0)) * (1.0 + 1e-9)
+    if not half < 0.5 or not enclose_curve(chain, chart, half):
+        return -1.0
+    wide = chart.slope
+    for i in range(n):
+        room = 0.0
+        for j in range(n):
+            e = (1.0 if i == j else 0.0) - chart.tangent[i] * chart.direction[j]
+            room += abs(e) * (radius[j] + abs(middle[j] - chart.center[j]))
+        wide[i] = max(chart.tube[i], (room + 0.5 * half * half * abs(chart.curvature[i])) * (1.0 + 1e-9))
+    return half if is_only_one(chain, chart, half, wide) else -1.0
+
+
+@kernel
+def resolve(
+    chain: Chain, task: Task, chart: Chart, spare: Chart, box: FloatArray, windows: Windows, near: FloatArray,
+    only_near: bool, narrowest: float, strand: float, found: Found, count: int, origin: int,
+) -> int:  # fmt: skip
+    """Cut a box (n, 2) until each part holds nothing, one proved curve, or is too narrow; write what is there."""
+    n = len(box)
+    stack = np.empty((_DEEP, n, 2))
+    stack[0] = box
+    middle, radius, direction, q = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    a, b, none, now = np.empty(n), np.empty(n), np.zeros(n), np.empty((n, 2))
+    depth, looked_at = 1, 0
+    while depth > 0:
+        depth -= 1
+        looked_at += 1
+        now[:] = stack[depth]
+        if not has_options(windows, now):
+            continue
+        for j in range(n):
+            middle[j], radius[j] = 0.5 * (now[j, 0] + now[j, 1]), 0.5 * (now[j, 1] - now[j, 0]) * (1.0 + PAD)
+        known = null_direction(chain, task, middle, chart, direction)
+        known = known and prepare(chain, task, middle, direction, chart)
+        if known:
+            gone = False
+            for _ in range(3):
+                before = radius.sum()
+                if not narrowed(chain, chart, middle, radius):
+                    gone = True
+                    break
+                if radius.sum() > 0.8 * before or not prepare(chain, task, middle, direction, chart):
+                    break
+            if gone:
+                continue
+            for j in range(n):
+                now[j, 0] = max(now[j, 0], middle[j] - radius[j] * (1.0 + 1e-9) - PAD)
+                now[j, 1] = min(now[j, 1], middle[j] + radius[j] * (1.0 + 1e-9) + PAD)
+                q[j] = middle[j]
+        if known and settle(chain, task, q, direction, 4.0 * radius.max() + 1e-6, spare) >= 0.0:
+            half = -1.0
+            if null_direction(chain, task, q, chart, direction) and prepare(chain, task, q, direction, chart):
+                half = holds_box(chain, chart, middle, radius)
+            if half >= 0.0:
+                off = point_on(chain, task, chart, -half, none, a, spare)
+                error = max(off, point_on(chain, task, chart, half, none, b, spare))
+                if off >= 0.0 and error >= off:
+                    count = emit_curve(
+                        chain, task, chart, spare, -half, half, a, b, error, windows, near, only_near, now, True,
+                        strand + looked_at * 1e-6, 0.0, 1.0, found, count, origin,
+                    )  # fmt: skip
+                    continue
+        widest, longest = 0, -1.0
+        for j in range(n):
+            if now[j, 1] - now[j, 0] > longest:
+                widest, longest = j, now[j, 1] - now[j, 0]
+        if longest <= narrowest or depth + 2 > _DEEP or looked_at > _BOXES:
+            count = emit_box(windows, now, near, only_near, found, count, origin)
+            continue
+        cut = 0.5 * (now[widest, 0] + now[widest, 1])
+        stack[depth], stack[depth + 1] = now, now
+        stack[depth, widest, 0], stack[depth + 1, widest, 1] = cut, cut
+        depth += 2
+    return count
+
+
+@kernel
+def follow(
+    family: int, geometry: FloatArray, root: FloatArray, origin: FloatArray, low: float, high: float, branch: int,
+    chain: Chain, task: Task, chart: Chart, spare: Chart, windows: Windows, spacing: float, narrowest: float,
+    strand: float, found: Found, count: int,
+) -> int:  # fmt: skip
+    """Cover a branch that is smooth over [low, high] by cells in their order; return the new count."""
+    n = len(chain.levers)
+    ends, nodes, errors = np.empty((_DEEP, 2)), np.empty((_DEEP, 2, n)), np.empty((_DEEP, 2))
+    all_q, ok = np.empty((BRANCHES, n)), np.empty(BRANCHES, np.bool_)
+    a, b, c, direction = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    nothing, none = np.zeros(n), np.empty((n, 2))
+    box, rate, state = np.empty((BRANCHES, n, 2)), np.empty((BRANCHES, n, 2)), np.empty(BRANCHES, np.int64)
+    for end in range(2):
+        solve_branches(family, geometry, root[:, :, 0], origin[:, 0], low if end == 0 else high, all_q, ok)
+        nodes[0, end] = all_q[branch]
+        errors[0, end] = -1.0
+        if null_direction(chain, task, nodes[0, end], chart, direction):
+            errors[0, end] = settle(chain, task, nodes[0, end], direction, _CLOSE, spare)
+    ends[0, 0], ends[0, 1] = low, high
+    depth = 1
+    while depth > 0:
+        depth -= 1
+        start, stop = ends[depth, 0], ends[depth, 1]
+        a[:], b[:] = nodes[depth, 0], nodes[depth, 1]
+        middle = 0.5 * (start + stop)
+        solve_branches(family, geometry, root[:, :, 0], origin[:, 0], middle, all_q, ok)
+        longest, size = 0.0, 0.0
+        for j in range(n):
+            c[j] = all_q[branch, j]
+            a[j] -= TAU * np.rint((a[j] - c[j]) / TAU)
+            b[j] -= TAU * np.rint((b[j] - c[j]) / TAU)
+            longest = max(longest, abs(b[j] - c[j]), abs(c[j] - a[j]))
+            direction[j] = b[j] - a[j]
+            size += direction[j] ** 2
+        size = np.sqrt(size)
+        off = -1.0
+        for j in range(n):
+            direction[j] /= max(size, 1e-300)
+        if size > 0.0:
+            off = settle(chain, task, c, direction, _CLOSE, spare)
+        error = max(errors[depth, 0], errors[depth, 1])
+        known = min(min(errors[depth, 0], errors[depth, 1]), off) >= 0.0
+        divided = 2.0 * longest > _TOO_LONG * spacing
+        if not divided:
+            divided = True
+            if known and prepare(chain, task, c, direction, chart):
+                left, right = 0.0, 0.0
+                for j in range(n):
+                    left += direction[j] * (a[j] - c[j])
+                    right += direction[j] * (b[j] - c[j])
+                half = max(-left, right) * (1.0 + 1e-9)
+                if left < 0.0 < right and enclose_curve(chain, chart, half):
+                    if is_on_curve(chart, a, half, error) and is_on_curve(chart, b, half, error):
+                        count = emit_curve(
+                            chain, task, chart, spare, left, right, a, b, error, windows, nothing, False, none, False,
+                            strand, start, stop, found, count, 0,
+                        )  # fmt: skip
+                        divided = False
+        if not divided:
+            continue
+        if stop - start > narrowest and depth + 2 <= _DEEP:
+            ends[depth, 0], ends[depth, 1] = middle, stop
+            ends[depth + 1, 0], ends[depth + 1, 1] = start, middle
+            nodes[depth, 0], nodes[depth, 1], nodes[depth + 1, 0], nodes[depth + 1, 1] = c, b, a, c
+            errors[depth + 1, 0], errors[depth + 1, 1] = errors[depth, 0], off
+            errors[depth, 0] = off
+            depth += 2
+            continue
+        enclose_branches(family, geometry, root, origin, start, stop, box, rate, state)
+        count = resolve(
+            chain, task, chart, spare, box[branch], windows, nothing, False, narrowest, strand + 0.5, found, count, 0
+        )
+    return count
+
+
+@kernel
+def trace(
+    family: int, geometry: FloatArray, root: FloatArray, origin: FloatArray, edges: FloatArray, chain: Chain,
+    task: Task, windows: Windows, spacing: float, narrowest: float, found: Found,
+) -> int:  # fmt: skip
+    """Cover the whole self-motion at one pose; return how many cells there are, which may be more than there is room.
+
+    `root` (3, 3, 2) and `origin` (3, 2) are the pose that the closed form starts from, `edges` (k,) the parameters to
+    begin with.
+    """
+    n = len(chain.levers)
+    chart, spare, count = chart_for(n), chart_for(n), 0
+    box, rate, state = np.empty((BRANCHES, n, 2)), np.empty((BRANCHES, n, 2)), np.empty(BRANCHES, np.int64)
+    ends, masks = np.empty((_DEEP, 2)), np.empty(_DEEP, np.int64)
+    nothing, part, strand = np.zeros(n), np.empty((n, 2)), 0.0
+    for k in range(len(edges) - 1):
+        ends[0, 0], ends[0, 1], masks[0] = edges[k], edges[k + 1], (1 << BRANCHES) - 1
+        depth = 1
+        while depth > 0:
+            depth -= 1
+            low, high, mask = ends[depth, 0], ends[depth, 1], masks[depth]
+            enclose_branches(family, geometry, root, origin, low, high, box, rate, state)
+            again, merged = 0, 0
+            for branch in range(BRANCHES):
+                kind = state[branch]
+                if not mask & (1 << branch) or kind == EMPTY:
+                    continue
+                if kind == MERGED:
+                    merged |= 1 << branch
+                    continue
+                if not has_options(windows, box[branch]):
+                    continue
+                if kind == REGULAR:
+                    strand += 1.0
+                    count = follow(
+                        family, geometry, root, origin, low, high, branch, chain, task, chart, spare, windows, spacing,
+                        narrowest, strand, found, count,
+                    )  # fmt: skip
+                    continue
+                if kind == SINGULAR:
+                    wide = high - low > _SINGULAR
+                else:
+                    wide = (box[branch, :, 1] - box[branch, :, 0]).max() > _FOLDED and high - low > narrowest
+                if wide and depth + 2 <= _DEEP:
+                    again |= 1 << branch
+                    continue
+                strand += 1.0
+                sectors = _SECTORS if is_free(box[branch], 0) else 1
+                others = _SECTORS if is_free(box[branch], 1) else 1
+                for i in range(sectors * others):
+                    part[:] = box[branch]
+                    inside = sectors == 1 or enclose_sector(
+                        family, geometry, root, origin, low, high, branch, 0, i % sectors, sectors, part
+                    )
+                    inside = inside and (
+                        others == 1
+                        or enclose_sector(
+                            family, geometry, root, origin, low, high, branch, 1, i // sectors, others, part
+                        )
+                    )
+                    if inside:
+                        strand += 1.0
+                        count = resolve(
+                            chain, task, chart, spare, part, windows, nothing, False, narrowest, strand, found, count,
+                            0,
+                        )  # fmt: skip
+            if again:
+                middle = 0.5 * (low + high)
+                ends[depth, 0], ends[depth, 1], masks[depth] = middle, high, again | merged
+                ends[depth + 1, 0], ends[depth + 1, 1], masks[depth + 1] = low, middle, again | merged
+                depth += 2
+    return count
+
+
+@kernel
+def divide(
+    chain: Chain, task: Task, windows: Windows, cells: Found, spacing: FloatArray, narrowest: float, found: Found
+) -> int:
+    """Cover cells by shorter ones of the same curves; return how many there are."""
+    p, n = cells.a.shape
+    chart, spare, count = chart_for(n), chart_for(n), 0
+    ends, nodes, errors = np.empty((_DEEP, 2)), np.empty((_DEEP, 2, n)), np.empty((_DEEP, 2))
+    a, b, c, direction, box = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty((n, 2))
+    for k in range(p):
+        low, high = cells.pieces[k, 2], cells.pieces[k, 3]
+        if cells.pieces[k, 1] == 1.0:
+            for j in range(n):
+                box[j, 0], box[j, 1] = cells.a[k, j] - cells.dev[k, j], cells.a[k, j] + cells.dev[k, j]
+            count = emit_box(windows, box, cells.a[k], True, found, count, k)
+            continue
+        ends[0, 0], ends[0, 1] = 0.0, 1.0
+        nodes[0, 0], nodes[0, 1] = cells.a[k], cells.b[k]
+        errors[0, 0], errors[0, 1] = -1.0, -1.0  # of the ends themselves: part of what the cell was given room for
+        for end in range(2):
+            for j in range(n):
+                direction[j] = cells.b[k, j] - cells.a[k, j]
+            size = np.sqrt((direction * direction).sum())
+            if size > 0.0:
+                for j in range(n):
+                    direction[j] /= size
+                c[:] = nodes[0, end]
+                errors[0, end] = settle(chain, task, c, direction, _CLOSE, spare)
+                for j in range(n):  # the node stays, so that neighbours share it; how far it is off is known now
+                    if errors[0, end] >= 0.0:
+                        errors[0, end] += abs(c[j] - nodes[0, end, j])
+        depth = 1
+        while depth > 0:
+            depth -= 1
+            start, stop = ends[depth, 0], ends[depth, 1]
+            a[:], b[:] = nodes[depth, 0], nodes[depth, 1]
+            middle, width = 0.5 * (start + stop), stop - start
+            longest, size = 0.0, 0.0
+            for j in range(n):
+                direction[j] = b[j] - a[j]
+                size += direction[j] ** 2
+                longest = max(longest, abs(direction[j]))
+                c[j] = 0.5 * (a[j] + b[j]) + 0.125 * width * width * cells.bow[k, j]
+            size = np.sqrt(size)
+            for j in range(n):
+                direction[j] /= max(size, 1e-300)
+            off = -1.0
+            if size > 0.0:
+                off = settle(chain, task, c, direction, max(_CLOSE, size), spare)
+            for j in range(n):  # still on the curve of the cell?
+                on_parabola = (
+                    (1.0 - middle) * cells.a[k, j] + middle * cells.b[k, j]
+                    + 0.5 * middle * (1.0 - middle) * cells.bow[k, j]
+                )  # fmt: skip
+                if abs(c[j] - on_parabola) > abs(cells.b[k, j] - cells.a[k, j]) + 2.0 * cells.dev[k, j] + _CLOSE:
+                    off = -1.0
+            known = min(min(errors[depth, 0], errors[depth, 1]), off) >= 0.0
+            done = False
+            if known and longest <= _TOO_LONG * spacing[k] and prepare(chain, task, c, direction, chart):
+                left, right = 0.0, 0.0
+                for j in range(n):
+                    left += direction[j] * (a[j] - c[j])
+                    right += direction[j] * (b[j] - c[j])
+                error = max(errors[depth, 0], errors[depth, 1])
+                half = max(-left, right) * (1.0 + 1e-9)
+                if left < 0.0 < right and enclose_curve(chain, chart, half):
+                    if is_on_curve(chart, a, half, error) and is_on_curve(chart, b, half, error):
+                        count = emit_curve(
+                            chain, task, chart, spare, left, right, a, b, error, windows, c, True, box, False,
+                            cells.pieces[k, 0], low + (high - low) * start, low + (high - low) * stop, found, count, k,
+                        )  # fmt: skip
+                        done = True
+            if done:
+                continue
+            if known and depth + 2 <= _DEEP and width > 1e-6:
+                ends[depth, 0], ends[depth, 1], ends[depth + 1, 0], ends[depth + 1, 1] = middle, stop, start, middle
+                nodes[depth, 0], nodes[depth, 1], nodes[depth + 1, 0], nodes[depth + 1, 1] = c, b, a, c
+                errors[depth + 1, 0], errors[depth + 1, 1] = errors[depth, 0], off
+                errors[depth, 0] = off
+                depth += 2
+                continue
+            # What was proved of the whole cell holds of this part.
+            if count < len(found.a):
+                for j in range(n):
+                    one, two = cells.a[k, j], cells.b[k, j]
+                    found.a[count, j] = (
+                        (1.0 - start) * one + start * two + 0.5 * start * (1.0 - start) * cells.bow[k, j]
+                    )
+                    found.b[count, j] = (1.0 - stop) * one + stop * two + 0.5 * stop * (1.0 - stop) * cells.bow[k, j]
+                    found.bow[count, j] = width * width * cells.bow[k, j]
+                    found.rest[count, j] = cells.rest[k, j] * (1.0 + PAD) + PAD
+                    found.dev[count, j] = found.rest[count, j] + 0.125 * abs(found.bow[count, j]) * (1.0 + PAD)
+                found.pieces[count, 0], found.pieces[count, 1] = cells.pieces[k, 0], 0.0
+                found.pieces[count, 2] = low if start == 0.0 else low + (high - low) * start
+                found.pieces[count, 3] = high if stop == 1.0 else low + (high - low) * stop
+                found.origin[count] = k
+            count += 1
+    return count
+
+
+@kernel
+def order_along(
+    a: FloatArray,
+    b: FloatArray,
+    wraps: BoolArray,
+    keys: FloatArray,
+    order: IntArray,
+    turned: BoolArray,
+    strand: IntArray,
+) -> int:
+    """Order cells so that each begins where the one before ends, some of them turned about; return how many strands.
+
+    `keys` (2 m,) is any function of the ends, first all a, then all b, that tells them apart; `strand` (m,) in the new
+    order.
+    """
+    m, n = a.shape
+    by_key = np.argsort(keys)
+    partner = np.full(2 * m, -1)
+    for i in range(2 * m):
+        one = by_key[i]
+        if partner[one] >= 0:
+            continue
+        for k in range(i + 1, 2 * m):
+            two = by_key[k]
+            if keys[two] - keys[one] > 1e-7:
+                break
+            if partner[two] >= 0 or two % m == one % m:
+                continue
+            far = 0.0
+            for j in range(n):
+                step = (a[one, j] if one < m else b[one - m, j]) - (a[two, j] if two < m else b[two - m, j])
+                if wraps[j]:
+                    step -= TAU * np.rint(step / TAU)
+                far = max(far, abs(step))
+            if far < 5e-10:
+                partner[one], partner[two] = two, one
+                break
+    used = np.zeros(m, np.bool_)
+    count, strands = 0, 0
+    for sweep in range(2):  # strands with ends first, then closed ones
+        for cell in range(m):
+            if used[cell]:
+                continue
+            if sweep == 0:
+                if partner[cell] >= 0 and partner[m + cell] >= 0:
+                    continue
+                entry = cell if partner[cell] < 0 else m + cell
+            else:
+                entry = cell
+            while entry >= 0 and not used[entry % m]:
+                here = entry % m
+                used[here] = True
+                order[count], turned[count], strand[count] = here, entry >= m, strands
+                count += 1
+                entry = partner[here] if entry >= m else partner[m + here]
+            strands += 1
+    return strands

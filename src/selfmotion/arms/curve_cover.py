@@ -1,0 +1,139 @@
+"""The self-motion of a spatial arm in cells that leave nothing out: proved pieces of its curves in joint space."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from selfmotion._types import FloatArray
+from selfmotion.angles import TAU
+from selfmotion.arms import _trace_kernels as kernels
+from selfmotion.arms.cells import Cells
+
+if TYPE_CHECKING:
+    from selfmotion.arms.spatial import SpatialArm
+
+_OVERRUN = 1e-9  # of limits, which verification allows [rad]
+_PIECES = 8  # of the parameter's range, to begin with
+_NARROWEST = 1e-6  # a box this narrow that is still not understood becomes a cell as it is [rad]
+_KEY = np.array([0.7548776662466927, 0.5698402909980532, 0.4301597090019468, 0.3247179572447460])
+
+
+class CurveCover:
+    """Cells of a spatial arm with one redundant degree; see :class:`~selfmotion.arms.cells.Cover`.
+
+    Parameters
+    ----------
+    arm : SpatialArm
+    branch : str
+        ``"any"`` or one of the arm's branches.
+    """
+
+    def __init__(self, arm: SpatialArm, branch: str = "any") -> None:
+        self.arm, self.n = arm, arm.n
+        windows = [_windows(arm, branch, j) for j in range(arm.n)]
+        self.wraps = np.array([not mine for mine in windows])
+        first = np.cumsum([0, *(len(w) for w in windows)])
+        ends = np.array([pair for w in windows for pair in w], float).reshape(-1, 2)
+        ends += np.array([-_OVERRUN, _OVERRUN])
+        self._shift = arm.closed_form.shift
+        for j, mine in enumerate(windows):  # kernels count joints as the closed form does
+            ends[first[j] : first[j] + len(mine)] += self._shift[j]
+        self._windows = kernels.Windows(self.wraps, ends, first)
+        low, high = arm.parameter_range
+        self._edges = np.linspace(low, high, _PIECES + 1)
+        self._key = np.resize(_KEY, arm.n) * (1.0 + 0.1 * np.arange(arm.n))
+
+    def cells(self, x: FloatArray, spacing: float) -> Cells:
+        """Return cells that hold every feasible posture at x."""
+        arm = self.arm
+        root, origin = arm.root(x)
+
+        def trace(found: kernels.Found) -> int:
+            return kernels.trace(
+                arm.closed_form.family.number, arm.geometry, root, origin, self._edges, arm.kernel, arm.task(x),
+                self._windows, spacing, _NARROWEST, found,
+            )  # fmt: skip
+
+        return self._in_order(self._filled(trace, 512))
+
+    def split(self, x: FloatArray, cells: Cells, spacing: FloatArray) -> Cells:
+        """Return cells of about `spacing` that hold every feasible posture of the given ones at x."""
+        arm = self.arm
+        given = kernels.Found(
+            cells.a + self._shift, cells.b + self._shift, cells.bow, cells.dev, cells.rest, cells.pieces, cells.origin
+        )
+        found = self._filled(
+            lambda room: kernels.divide(arm.kernel, arm.task(x), self._windows, given, spacing, _NARROWEST, room),
+            3 * len(cells) + 64,
+        )
+        return Cells(
+            found.a - self._shift, found.b - self._shift, found.dev, found.pieces, found.origin, found.bow, found.rest
+        )
+
+    def points(self, q: FloatArray, turned: bool) -> Cells:
+        """Return cells that are postures q (m, n) alone; if `turned`, in every turn that the limits allow."""
+        found = [tuple(turn) for posture in q for turn in self._turns(posture)] if turned else [tuple(p) for p in q]
+        a = np.array(found, float).reshape(-1, self.n)
+        pieces = np.column_stack([-np.ones(len(a)), np.ones(len(a)), np.zeros((len(a), 2))])
+        return Cells(a, a.copy(), np.full(a.shape, _OVERRUN), pieces, np.zeros(len(a), np.int64))
+
+    def _turns(self, posture: FloatArray) -> list[tuple[float, ...]]:
+        options = []
+        for j in range(self.n):
+            mine = self._windows.ends[self._windows.first[j] : self._windows.first[j + 1]] - self._shift[j]
+            turns = [0.0] if self.wraps[j] else [
+                k for low, high in mine
+                for k in range(int(np.ceil((low - posture[j]) / TAU)), int(np.floor((high - posture[j]) / TAU)) + 1)
+            ]  # fmt: skip
+            options.append([posture[j] + TAU * k for k in turns])
+        return list(product(*options))
+
+    def _filled(self, fill: object, capacity: int) -> kernels.Found:
+        while True:
+            rows = [np.empty((capacity, self.n)) for _ in range(5)]
+            found = kernels.Found(*rows, np.empty((capacity, 4)), np.empty(capacity, np.int64))
+            count = fill(found)  # type: ignore[operator]
+            if count <= capacity:
+                return kernels.Found(*(part[:count] for part in found))
+            capacity = count
+
+    def _in_order(self, found: kernels.Found) -> Cells:
+        """Return cells one after the other along their curves, which are told apart by the pieces' first column."""
+        m = len(found.a)
+        both = np.concatenate([found.a, found.b])
+        keys = np.where(self.wraps, np.sin(both + self._key), both) @ self._key
+        order, turned, strand = np.empty(m, np.int64), np.empty(m, bool), np.empty(m, np.int64)
+        kernels.order_along(found.a, found.b, self.wraps, keys, order, turned, strand)
+        a, b = found.a[order], found.b[order]
+        a[turned], b[turned] = b[turned], a[turned]
+        pieces = found.pieces[order]
+        pieces[:, 0] = strand
+        k = np.arange(m, dtype=float)
+        pieces[:, 2], pieces[:, 3] = k, k + 1.0
+        return Cells(
+            a - self._shift,
+            b - self._shift,
+            found.dev[order],
+            pieces,
+            np.zeros(m, np.int64),
+            found.bow[order],
+            found.rest[order],
+        )
+
+
+def _windows(arm: SpatialArm, branch: str, joint: int) -> list[tuple[float, float]]:
+    """Return the intervals that a joint may lie in, none if it is an angle modulo 2π."""
+    low, high = float(arm.limits.lower[joint]), float(arm.limits.upper[joint])
+    if not (np.isfinite(low) and np.isfinite(high)):
+        return []
+    found = sorted({(float(box.lower[joint]), float(box.upper[joint])) for box in arm.boxes(branch)})
+    merged: list[tuple[float, float]] = []
+    for one, two in found:
+        if merged and one <= merged[-1][1]:
+            merged[-1] = (merged[-1][0], max(merged[-1][1], two))
+        else:
+            merged.append((one, two))
+    return merged
