@@ -25,7 +25,7 @@ def table(registry):
     """Return a Markdown table: kind, fields with their defaults, what it is."""
     rows = ["| kind | fields | what it is |", "|---|---|---|"]
     for kind, part in registry.items():
-        parameters = list(inspect.signature(part.__init__).parameters.values())[1:]
+        parameters = list(inspect.signature(part).parameters.values())
         fields = [
             f"`{p.name}`" + ("" if p.default is inspect.Parameter.empty else f" = {shown(p.default)}")
             for p in parameters

@@ -52,7 +52,7 @@ def test_every_part_is_documented_under_its_kind(registry, kind):
     assert part.kind == kind
     text = inspect.getdoc(part)
     assert text
-    parameters = list(inspect.signature(part.__init__).parameters)[1:]
+    parameters = list(inspect.signature(part).parameters)
     if parameters not in (["args", "kwargs"], []):
         assert "Parameters" in text
         for name in parameters:

@@ -17,7 +17,10 @@ from typing import TYPE_CHECKING, Any
 from selfmotion._version import __version__
 
 if TYPE_CHECKING:
-    from selfmotion.arms import PlanarArm
+    from selfmotion.arms import PlanarArm, named_arm, urdf_arm
+    from selfmotion.arms.chain import Chain
+    from selfmotion.arms.spatial import SpatialArm
+    from selfmotion.arms.urdf import load_chain
     from selfmotion.breaks import connectivity
     from selfmotion.domain import AngleDomain, angle_domain
     from selfmotion.errors import (
@@ -66,7 +69,10 @@ if TYPE_CHECKING:
     from selfmotion.problem import Problem
 
 _HOME = {
-    "arms": ("PlanarArm",),
+    "arms": ("PlanarArm", "named_arm", "urdf_arm"),
+    "arms.chain": ("Chain",),
+    "arms.spatial": ("SpatialArm",),
+    "arms.urdf": ("load_chain",),
     "breaks": ("connectivity",),
     "domain": ("AngleDomain", "angle_domain"),
     "errors": (

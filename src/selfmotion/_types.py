@@ -36,6 +36,8 @@ Poses = Annotated[ArrayLike, "poses"]
 """Poses (x, y, z, quaternion w, x, y, z), shape (k, 7)."""
 Placement = Annotated[Any, "frame"]
 """A rigid motion: ``translation`` and one of ``quaternion``, ``matrix``, ``rpy``, ``normal`` with ``x_axis``."""
+ToolFrame = Annotated[Any, "tool"]
+"""The tool's frame in that of the arm's tip: ``translation`` and one of ``quaternion``, ``matrix``, ``rpy``."""
 FollowRule = Annotated[Any, "follow"]
 """How a tool follows a tangent: ``axis`` and ``up``."""
 FileName = Annotated[str, "file"]

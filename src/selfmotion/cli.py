@@ -18,6 +18,7 @@ from selfmotion.errors import InfeasibleError, InvalidInputError, SelfMotionErro
 
 if TYPE_CHECKING:
     from selfmotion.optimizers import Progress
+    from selfmotion.problem import Problem
 
 app = typer.Typer(
     add_completion=False,
@@ -35,6 +36,7 @@ OutOption = Annotated[str | None, typer.Option("--out", metavar="DIR", help="Fol
 ForceOption = Annotated[bool, typer.Option("--force", help="Replace files that selfmotion did not write.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 SeedOption = Annotated[int | None, typer.Option("--seed", metavar="N", help="Seed of the random numbers.")]
+MaxStepOption = Annotated[float, typer.Option("--max-step", min=0.0, help="Largest joint step between rows [rad].")]
 
 _MOST_LINES = 40  # of one kind on the terminal
 
@@ -64,7 +66,7 @@ def plan(
     if folder is not None:
         from selfmotion.plot import plan_figure_names
 
-        names = ["plan.json", "trajectory.csv", *plan_figure_names(case.arm.n_u)]
+        names = ["plan.json", "trajectory.csv", *plan_figure_names(case.arm)]
         folder.check(names)
     if seed is not None:
         if seed < 0:
@@ -104,6 +106,7 @@ def domain(
     from selfmotion.plot import draw_domain, figure, image_files
 
     case, _ = load_problem(problem)
+    _planar_only(case, problem, "domain draws")
     folder = OutputFolder(out, force)
     names = ["domain.png", "domain.svg", "domain.json"]
     folder.check(names)
@@ -193,6 +196,7 @@ def animate(
             wanted.remove("mp4")
             note = f"no mp4: it {error.reason}; {error.remedy}"
     case, _ = load_problem(problem)
+    _planar_only(case, problem, "animate draws")
     motion = read_trajectory(trajectory, case.arm.n)
     folder = OutputFolder(out, force)
     names = {kind: f"animation.{kind}" for kind in ("gif", "mp4")}
@@ -222,6 +226,7 @@ def repair(
     from selfmotion.plot import motion_figures
 
     case, _ = load_problem(problem)
+    _planar_only(case, problem, "repair mends motions of")
     motion = read_trajectory(trajectory, case.arm.n)
     folder = OutputFolder(out, force)
     figures = [f"{name}.{suffix}" for name in ("before", "after") for suffix in ("png", "svg")]
@@ -274,9 +279,7 @@ def verify(
     tolerance_between: Annotated[
         float, typer.Option("--tolerance-between", min=0.0, help="The same between rows.")
     ] = 1e-2,
-    max_step: Annotated[
-        float, typer.Option("--max-step", min=0.0, help="Largest joint step between rows [rad].")
-    ] = 0.5,
+    max_step: MaxStepOption = 0.5,
     optimum: Annotated[
         bool, typer.Option("--optimum/--no-optimum", help="Whether to say how far from the best possible it is.")
     ] = True,
@@ -320,6 +323,74 @@ def verify(
 
 
 @app.command()
+def compare(
+    problem: ProblemArgument,
+    trajectories: Annotated[
+        list[str] | None, typer.Argument(metavar="[TRAJECTORY]…", help="Motions of others, as for verify.")
+    ] = None,
+    as_json: JsonOption = False,
+    ladder: Annotated[
+        str, typer.Option("--ladder", metavar="N,…", help="Values of u per branch of each plain ladder; '' for none.")
+    ] = "60,240",
+    max_step: MaxStepOption = 0.5,
+) -> None:
+    """Put our shortest motion with its proof beside plain ladders and the motions of others."""
+    from selfmotion.exchange import load_problem, read_trajectory
+    from selfmotion.judgement import Tolerances
+    from selfmotion.planners import Global, compare_ladder, compare_plan, compare_rows
+
+    sizes = _sizes(ladder)
+    allowed = Tolerances(step=max_step)
+    case, planner = load_problem(problem)
+    given = {file: read_trajectory(file, case.arm.n) for file in trajectories or ()}
+    try:
+        with _progress("planning") as report:
+            plan = (planner if isinstance(planner, Global) else Global()).plan(case, report)
+    except InvalidInputError as error:
+        raise error.inside(source=problem) from None
+    rows = [compare_plan(plan), *(compare_ladder(plan, size, allowed) for size in sizes)]
+    rows += [compare_rows(file, plan, motion.r, motion.q, allowed) for file, motion in given.items()]
+    result = {
+        "status": "solved" if rows[0].holds else "unknown",
+        "objective": case.objective.kind,
+        "lower_bound": plan.lower_bound,
+        "motions": [row.summary() for row in rows],
+        "version": __version__,
+    }
+    _say(_json(result) if as_json else "\n".join(_compared(result)))
+
+
+@app.command()
+def arms(as_json: JsonOption = False) -> None:
+    """List the arms that a problem file can name, and how each is solved."""
+    from selfmotion.arms import CATALOGUE, how_solved
+
+    listed: list[dict[str, Any]] = []
+    for name, entry in CATALOGUE.items():
+        solved = how_solved(name)._asdict()
+        listed.append(
+            {"name": name, "title": f"{entry.maker} {entry.title}", **solved, "tip": entry.tip, "source": entry.source}
+        )
+    if as_json:
+        _say(_json({"status": "listed", "arms": listed, "version": __version__}))
+        return
+    header = ("name", "joints", "u", "branches", "closed form", "rigorous", "source")
+    rows = [
+        (
+            row["name"], str(row["joints"]), row["parameter"] or "–", str(row["branches"] or "–"),
+            _yes(row["closed_form"]), _yes(row["rigorous"]), f"{row['title']}: {row['source']}",
+        )
+        for row in listed
+    ]  # fmt: skip
+    rows.append(("planar", "3, 4, …", "last links' directions", "2", "yes", "yes", "kind planar: links and limits"))
+    rows.append(("urdf", "7", "as recognised", "8", "if recognised", "yes", "kind urdf: file, base and tip"))
+    lines = _table(header, rows)
+    for why in dict.fromkeys(row["why_not"] for row in listed if row["why_not"]):
+        lines.append(f"not planned for: {', '.join(row['name'] for row in listed if row['why_not'] == why)}; it {why}")
+    _say("\n".join(lines))
+
+
+@app.command()
 def schema() -> None:
     """Print the JSON Schema of problem files."""
     from selfmotion.exchange.schema import json_schema
@@ -357,6 +428,70 @@ def _run(arguments: list[str]) -> int:
             raise
         text = " ".join(str(error.format_message()).split()).rstrip(".")
         return _report_error(InvalidInputError("", text, "see selfmotion --help"), "--json" in arguments)
+
+
+def _planar_only(case: Problem, source: str, what: str) -> None:
+    """Refuse an arm in space where only the plane is drawn or searched."""
+    from selfmotion.paths.base import PLANE
+
+    if case.arm.dimension != PLANE:
+        remedy = "use plan, verify or compare for an arm in space"
+        raise InvalidInputError("arm", f"moves in space, and {what} planar arms only", remedy, source=source)
+
+
+def _sizes(text: str) -> list[int]:
+    """Return the numbers of an option such as 60,240."""
+    from selfmotion.planners.ladder import MOST_VALUES
+
+    words = [word.strip() for word in text.split(",")] if text.strip() else []
+    sizes = [int(word) if word.isascii() and word.isdigit() else 0 for word in words]
+    if not all(0 < size <= MOST_VALUES for size in sizes):
+        raise InvalidInputError(
+            "--ladder", "is no list of numbers", f"write 60,240: each from 1 to {MOST_VALUES}", text
+        )
+    return sizes
+
+
+def _compared(result: dict[str, Any]) -> list[str]:
+    """Return the lines of a comparison."""
+    header = (
+        "motion",
+        "holds",
+        "cost",
+        "gap",
+        "chord sum",
+        "l2 waypoints",
+        "largest step",
+        "jumps",
+        "time",
+    )
+
+    def shown(value: float | None, form: str = ".6g", unit: str = "") -> str:
+        return "–" if value is None else f"{value:{form}}{unit}"
+
+    motions = result["motions"]
+    rows = [
+        (
+            row["name"], _yes(row["holds"]), shown(row["cost"]), shown(row["gap"], ".2%"), shown(row["cost_sampled"]),
+            shown(row["l2_waypoints"]), shown(row["max_joint_step"], ".3g"), shown(row["jumps"], "d"),
+            shown(row["seconds"], ".2f", " s"),
+        )
+        for row in motions
+    ]  # fmt: skip
+    lines = [f"objective {result['objective']}: no motion costs less than {result['lower_bound']:.6g}"]
+    lines += _table(header, rows)
+    return lines + [f"{row['name']}: {row['why_not']}" for row in motions if row["why_not"]]
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the lines of a table, columns two spaces apart."""
+    widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in (header, *rows)]
+    return [line.rstrip() for line in lines]
+
+
+def _yes(value: bool) -> str:
+    return "yes" if value else "no"
 
 
 def _say(text: str) -> None:
@@ -414,7 +549,9 @@ def _infeasibility(error: InfeasibleError) -> dict[str, Any]:
 def _verdict(summary: dict[str, Any]) -> str:
     parameters = summary["parameters"]
     chosen = [f"{name} = {value:.6g}" for name, value in parameters.items() if isinstance(value, float)]
-    chosen += [f"{parameters['elbow']} elbow"] if "elbow" in parameters else []
+    if "elbow" in parameters:
+        elbow = parameters["elbow"]
+        chosen.append(f"{elbow} elbow" if elbow in ("positive", "negative") else f"branch {elbow}")
     chosen += [parameters[name] for name in ("stopped", "argument") if name in parameters]
     margin = summary["min_limit_margin"]
     error = "unknown" if summary["cost_error"] is None else f"{summary['cost_error']:.0e}"

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 RESULT_FIELDS = (
     "status", "cost", "cost_error", "cost_sampled", "lower_bound", "gap", "l1_travel", "l2_travel",
     "max_tracking_error", "min_limit_margin", "max_joint_step", "reconfigurations", "blocked", "planner",
-    "parameters", "evaluations", "wall_time_s", "version",
+    "parameters", "evaluations", "wall_time_s", "version", "l2_waypoints",
 )  # fmt: skip
 """Keys of every result that the command line prints as JSON, in this order."""
 
@@ -154,6 +154,18 @@ class Plan:
         """``∫ ‖θ'‖ dr`` [rad], without weights."""
         return self._integral(L2Travel(), np.ones(self.problem.arm.n)).value
 
+    @cached_property
+    def l2_waypoints(self) -> float | None:
+        """``Σ ‖w∘Δθ‖`` over the points that the path was given by, as others report motions; None if there are none.
+
+        The weights are the problem's. It is a sum of chords from one given point to the next, so it is not above the
+        objective l2, and what bounds l2 from below does not bound it.
+        """
+        r = self.problem.path.waypoints
+        if len(r) < 2:
+            return None
+        return float(L2Travel().sampled(self.motion(r), r, self.problem.weights))
+
     def summary(self) -> dict[str, Any]:
         """Return the result as the command line's ``--json`` prints it."""
         check = self.verification
@@ -174,4 +186,5 @@ class Plan:
             parameters=self.parameters,
             evaluations=self.evaluations,
             wall_time_s=self.wall_time_s,
+            l2_waypoints=self.l2_waypoints,
         )

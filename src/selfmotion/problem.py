@@ -19,7 +19,7 @@ from selfmotion.domain import DomainStructure, angle_domain, blocked_at, blocked
 from selfmotion.errors import Blocked, InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
 from selfmotion.paths import Path
-from selfmotion.paths.base import PLANE
+from selfmotion.paths.base import PLANE, POSE, SPACE
 from selfmotion.quadrature import GAUSS, DyadicGauss, dyadic_gauss
 
 MAX_SAMPLES = 1_000_000
@@ -64,8 +64,9 @@ class Problem:
     path : Path
     start, end : array_like or mapping, optional
         Posture at r = 0 and r = 1: the redundancy vector, or ``{"u": …}``, or ``{"q": …}`` for joint angles.
-    elbow : {"any", "positive", "negative"}
-        The IK branches that may be used.
+    elbow : str
+        The IK branches that may be used: ``"any"`` or one of the arm's, such as ``"positive"``; in problem files
+        ``branch`` means the same.
     cyclic : {False, "exact", "modulo"}
         Whether the joint motion along a closed path must close too.
     weights : array_like, shape (n,), optional
@@ -87,7 +88,7 @@ class Problem:
         path: Path,
         start: ArrayLike | Mapping[str, Any] | None = None,
         end: ArrayLike | Mapping[str, Any] | None = None,
-        elbow: Literal["any", "positive", "negative"] = "any",
+        elbow: str = "any",
         cyclic: Literal[False, "exact", "modulo"] = False,
         weights: ArrayLike | None = None,
         objective: str = "joint_travel",
@@ -96,11 +97,7 @@ class Problem:
         for name, given, wanted in (("arm", arm, RedundantArm), ("path", path, Path)):
             if not isinstance(given, wanted):
                 raise InvalidInputError(name, f"is a {type(given).__name__}", f"give the {name} itself")
-        if path.dimension != arm.dimension:
-            wanted_kind = "plane curve" if arm.dimension == PLANE else "path of poses"
-            raise InvalidInputError(
-                "path", f"has points of {path.dimension} numbers, and this arm's have {arm.dimension}", f"give a {wanted_kind}"
-            )
+        _check_dimensions(arm, path)
         self.arm = arm
         self.path = path
         self.samples = integer("samples", samples, 2, MAX_SAMPLES)
@@ -259,8 +256,9 @@ class Problem:
             )
         branches = tuple(b for b in self.elbow_branches if arm.is_on_branch(q, b, _ON_LIMIT))
         if not branches:
-            reason = f"is not on the {self.elbow} elbow"
-            raise InvalidInputError(f"{name}.q", reason, "change elbow or q", q.tolist())
+            reason = f"is not on the {self.elbow} elbow" if _has_elbow(arm) else f"is not on branch {self.elbow}"
+            remedy = f"change {'elbow' if _has_elbow(arm) else 'branch'} or q"
+            raise InvalidInputError(f"{name}.q", reason, remedy, q.tolist())
         return Posture(arm.u_of(q), q, branches)
 
     def _check_inside(self, name: str, posture: Posture, r: float) -> None:
@@ -272,14 +270,12 @@ class Problem:
             excess = np.maximum(-arm.limits.margin(posture.q), 0.0)
             tried = [(excess, posture.q)]
         else:
-            tried = []
-            for branch in self.elbow_branches:
-                q, ok = arm.solve(target, posture.u, branch)
-                if not ok:
-                    raise InvalidInputError(
-                        f"{name}.u", f"is out of reach at r = {r:g}", self.feasible_at(r), posture.u.tolist()
-                    )
-                tried.append((arm.limits.excess(q), q))
+            solved = [arm.solve(target, posture.u, branch) for branch in self.elbow_branches]
+            tried = [(arm.limits.excess(q), q) for q, ok in solved if ok]
+            if not tried:
+                raise InvalidInputError(
+                    f"{name}.u", f"is out of reach at r = {r:g}", self.feasible_at(r), posture.u.tolist()
+                )
         excess, q = min(tried, key=lambda pair: float(pair[0].max()))
         joint = int(np.argmax(excess))
         if excess[joint] > _ON_LIMIT:
@@ -294,12 +290,48 @@ class Problem:
         """Return in words where u may lie at `r`."""
         if self.arm.n_u != 1:
             return "choose another redundancy vector"
+        if not self.arm.has_structure:
+            return self._seen_feasible_at(r)
         domain = angle_domain(self.arm, self.path)
         sets = [(domain(r, branch), self.arm.branches[branch]) for branch in self.elbow_branches]
         parts = [f"{feasible} with a {branch} elbow" for feasible, branch in sets if feasible.measure > 0]
         return f"u may lie in {' or '.join(parts)}" if parts else "no posture is feasible there"
 
+    def _seen_feasible_at(self, r: float) -> str:
+        """Return in words where u was seen to be feasible, looking at some values only."""
+        u = np.linspace(-np.pi, np.pi, _LOOK_AT)
+        found = []
+        for branch in self.elbow_branches:
+            q, ok = self.arm.solve(self.path(r), u[:, None], branch)
+            inside = ok & (self.arm.limits.excess(np.where(ok[:, None], q, 0.0)) <= 0.0).all(axis=-1)
+            change = np.flatnonzero(np.diff(np.concatenate([[0], inside, [0]])))
+            parts = [f"[{u[a]:.3f}, {u[b - 1]:.3f}]" for a, b in zip(change[::2], change[1::2], strict=True)]
+            if parts:
+                found.append(f"{' and '.join(parts)} on branch {self.arm.branches[branch]}")
+        return f"u may lie in {' or '.join(found)}" if found else "no posture was seen to be feasible there"
+
     def may_start_at(self, u: FloatArray, branch: int) -> bool:
         """Return whether a motion on `branch` may start with redundancy vector `u`."""
         q, ok = self.arm.solve(self.path(0.0), u, branch)
         return bool(ok) and bool((self.arm.limits.excess(q) <= _ON_LIMIT).all())
+
+
+def _check_dimensions(arm: RedundantArm, path: Path) -> None:
+    """Refuse a path whose points are no tasks of the arm."""
+    if path.dimension == arm.dimension:
+        return
+    if arm.dimension == PLANE:
+        raise InvalidInputError(
+            "path", "leaves the plane that a planar arm moves in", "give a plane path, or another arm"
+        )
+    what = {PLANE: "a curve of the plane", SPACE: "positions without orientation", POSE: "poses"}[path.dimension]
+    raise InvalidInputError(
+        "path",
+        f"is {what}, and this arm's tool keeps poses",
+        "give it an orientation: {kind: pose, position: …, orientation: […]}; plane curves first by kind placed",
+    )
+
+
+def _has_elbow(arm: RedundantArm) -> bool:
+    """Return whether an arm's branches are the signs of its elbow."""
+    return arm.dimension == PLANE

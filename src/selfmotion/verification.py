@@ -10,6 +10,7 @@ import numpy as np
 from selfmotion._blocks import in_blocks
 from selfmotion._types import FloatArray, IntArray
 from selfmotion.angles import wrap
+from selfmotion.paths.base import PLANE
 from selfmotion.problem import ANGLE, Problem
 
 TRACKING = 1e-9
@@ -35,12 +36,12 @@ class Failure:
     Attributes
     ----------
     check : str
-        ``"tracking"``, ``"limits"``, ``"continuity"``, ``"elbow"``, ``"start"``, ``"end"`` or ``"closure"``; of a
-        sampled motion also ``"tracking_between"`` or ``"coverage"``.
+        ``"tracking"``, ``"limits"``, ``"continuity"``, ``"elbow"``, ``"branch"``, ``"start"``, ``"end"`` or
+        ``"closure"``; of a sampled motion also ``"tracking_between"`` or ``"coverage"``.
     r : float
         Where along the path.
     value, allowed : float
-        What was found there and what would have been allowed.
+        What was found there and what would have been allowed; of branches their indices.
     joint : int or None
         Joint concerned, counted from 1.
     row : int or None
@@ -136,12 +137,17 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
 
 
 def elbow_failures(problem: Problem, r: FloatArray, q: FloatArray) -> list[Failure]:
-    """Return the first place where postures `q` (k, n) at `r` (k,) leave the elbow that the problem asks for."""
+    """Return the first place where postures `q` (k, n) at `r` (k,) leave the branch that the problem asks for."""
     if problem.elbow == "any":
         return []
     wrong = ~problem.arm.is_on_branch(q, problem.elbow, ANGLE)
+    if not wrong.any():
+        return []
     k = int(np.argmax(wrong))
-    return [Failure("elbow", float(r[k]), float(np.sin(q[k, 1])), 0.0, joint=2, row=k + 1)] if wrong.any() else []
+    if problem.arm.dimension == PLANE:
+        return [Failure("elbow", float(r[k]), float(np.sin(q[k, 1])), 0.0, joint=2, row=k + 1)]
+    on, asked = int(problem.arm.branch_of(q[k])), problem.elbow_branches[0]
+    return [Failure("branch", float(r[k]), float(on), float(asked), row=k + 1)]
 
 
 def end_failures(problem: Problem, q: FloatArray) -> list[Failure]:

@@ -481,14 +481,15 @@ def test_limits_that_are_just_touched(joint, side):
         lower, upper = -wide, wide.copy()
         (upper if side > 0 else lower)[joint] = top
         arcs = arcs_of(g, pose, lower, upper, 0)
-        assert np.diff(arcs, axis=1).sum() == pytest.approx(TAU, abs=1e-6)
+        assert np.diff(arcs, axis=1).sum() == pytest.approx(TAU, abs=1e-5)
         lower, upper = -wide, wide.copy()
         (lower if side > 0 else upper)[joint] = top
         (upper if side > 0 else lower)[joint] = top + side * 0.5
         arcs = arcs_of(g, pose, lower, upper, 0)
         assert len(arcs) in (1, 2)
-        assert np.diff(arcs, axis=1).max() < 1e-6
-        assert abs(wrapped(arcs - 0.5 * (a + b))).max() < 1e-6
+        # A flat extreme is known to the root of rounding over its curvature.
+        assert max(abs(angle(u) - top) for u in arcs.ravel()) < 1e-13
+        assert abs(wrapped(arcs - 0.5 * (a + b))).max() < 1e-5
         seen += 1
 
 

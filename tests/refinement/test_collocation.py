@@ -5,7 +5,7 @@ import pytest
 from cases import ENDS, random_arm, random_collocation
 
 from selfmotion.objectives import OBJECTIVES
-from selfmotion.refinement.newton import _Linear
+from selfmotion.refinement.linear import BandedLinear, DenseLinear
 
 STEP = 1e-5
 
@@ -99,4 +99,18 @@ def test_the_stiffness_is_the_hessian_of_separable_costs(ends):
 
 def _linear(problem, c):
     matrices = problem.stiffness(np.ones((len(problem.space.nodes), problem.arm.n)), 1.0)
-    return _Linear(problem, problem.postures(c), matrices)
+    return DenseLinear(problem, problem.postures(c), matrices)
+
+
+@pytest.mark.parametrize("ends", [ends for ends in ENDS if ends != "cyclic"])
+def test_both_ways_to_a_step_agree(ends):
+    rng = np.random.default_rng(9)
+    problem, c = random_collocation(rng, ends)
+    matrices = problem.stiffness(np.ones((len(problem.space.nodes), problem.arm.n)), 1.0)
+    q = problem.postures(c)
+    dense, banded = (kind(problem, q, matrices) for kind in (DenseLinear, BandedLinear))
+    slope, lack = rng.normal(size=c.shape), rng.normal(size=(len(problem.points), 2))
+    assert banded.tangent(slope) == pytest.approx(dense.tangent(slope), abs=1e-8)
+    assert banded.towards(lack) == pytest.approx(dense.towards(lack), abs=1e-7)
+    assert banded.multipliers(slope) == pytest.approx(dense.multipliers(slope), abs=1e-6)
+    assert banded.task(banded.towards(lack)) == pytest.approx(lack, abs=1e-8)

@@ -1,20 +1,24 @@
 """Arms: kinematics only; they know no path.
 
-A new arm is one file and one line in `ARMS`.
+A new sort of arm is one file and one line in `ARMS`, a new spatial arm one data file and one line in `CATALOGUE`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from selfmotion.arms.catalogue import CATALOGUE, how_solved, named_arm, urdf_arm
 from selfmotion.arms.limits import JointBox, JointLimits
 from selfmotion.arms.planar import PlanarArm
 from selfmotion.arms.protocols import Breakpoints, Cause, FreeJoint, RedundantArm, SelfMotion
 from selfmotion.arms.radii import Radii
 
-ARMS: dict[str, type[RedundantArm]] = {arm.kind: arm for arm in (PlanarArm,)}
-"""Every arm by the ``kind`` of a problem file."""
+ARMS: dict[str, Callable[..., RedundantArm]] = {PlanarArm.kind: PlanarArm, "named": named_arm, "urdf": urdf_arm}
+"""Every sort of arm by the ``kind`` of a problem file: a class, or a function that makes one."""
 
 __all__ = [
     "ARMS",
+    "CATALOGUE",
     "Breakpoints",
     "Cause",
     "FreeJoint",
@@ -24,4 +28,7 @@ __all__ = [
     "Radii",
     "RedundantArm",
     "SelfMotion",
+    "how_solved",
+    "named_arm",
+    "urdf_arm",
 ]

@@ -81,7 +81,15 @@ def enclose_sector(
     """Narrow a box to one of the `sectors` of a shoulder or wrist that is free; return whether postures may be in it."""
     width = 2 * np.pi / sectors
     start = -np.pi + sector * width
-    stop = start + width
+    return enclose_interval(family, geometry, rotation, position, low, high, branch, which, start, start + width, box)
+
+
+@kernel
+def enclose_interval(
+    family: int, geometry: FloatArray, rotation: FloatArray, position: FloatArray, low: float, high: float,
+    branch: int, which: int, start: float, stop: float, box: FloatArray,
+) -> bool:  # fmt: skip
+    """Narrow a box to where a shoulder or wrist that is free is in [start, stop]; return whether there may be any."""
     if family == PANDA:
         return panda.shoulder(geometry, rotation, position, low, high, branch, start, stop, box)
     joint = 0 if which == 0 else 4

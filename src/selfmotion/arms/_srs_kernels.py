@@ -650,7 +650,8 @@ def feasible_arcs(
     Starts ascend from −π, and stop may pass π; [−π, π] is the whole circle. A joint fits if some whole number of turns
     brings it between its limits. Where q2 or q6 passes through zero the branch jumps, and arcs that touch meet there.
     An arc of length zero is a limit touched from outside, or a singular point that is feasible while its neighbours are
-    not. Ends are the roots of a cos ψ + b sin ψ + c = 0. With more arcs than rows, only the count goes on.
+    not. Ends are the roots of a cos ψ + b sin ψ + c = 0. With more arcs than rows, only the count goes on. Where
+    n is parallel to v there is no arm angle, and no arc.
     """
     q, side = np.empty(7), np.empty(7)
     basis, local = np.empty((3, 3)), np.empty((3, 3))

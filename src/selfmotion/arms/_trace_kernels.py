@@ -38,7 +38,7 @@ _DEEP = 64
 _FOLDED = 0.03  # width of the box about a fold below which it is looked at in joint space [rad]
 _SINGULAR = 5e-3  # width in u of what is left of a singularity before it is
 _SECTORS = 48  # in which a free joint's turn is looked at
-_BOXES = 4000  # that a box may be cut into before what is left is taken as it is
+_BOXES = 600  # that a box may be cut into before what is left is taken as it is
 _CLOSE = 1e-3  # how far off a closed form may be near its folds [rad]
 _FAR = 1.0  # how far Newton's method may go [rad]
 
@@ -434,6 +434,25 @@ def follow(
 
 
 @kernel
+def merged_among(state: IntArray, mask: int) -> int:
+    """Return the bits of the branches of a mask that are merged into others."""
+    found = 0
+    for branch in range(BRANCHES):
+        if state[branch] == MERGED and mask & (1 << branch):
+            found |= 1 << branch
+    return found
+
+
+@kernel
+def concerns(kind: int, branch: int, mask: int, merged: int) -> bool:
+    """Return whether a branch's box may hold postures of the branches of a mask, of which `merged` are merged.
+
+    Into which branches these are merged may change from an interval to a part of it, so all that others merge into do.
+    """
+    return bool(mask & (1 << branch)) or (kind != REGULAR and merged != 0)
+
+
+@kernel
 def trace(
     family: int, geometry: FloatArray, root: FloatArray, origin: FloatArray, edges: FloatArray, chain: Chain,
     task: Task, windows: Windows, spacing: float, narrowest: float, found: Found,
@@ -455,13 +474,10 @@ def trace(
             depth -= 1
             low, high, mask = ends[depth, 0], ends[depth, 1], masks[depth]
             enclose_branches(family, geometry, root, origin, low, high, box, rate, state)
-            again, merged = 0, 0
+            again, merged = 0, merged_among(state, mask)
             for branch in range(BRANCHES):
                 kind = state[branch]
-                if not mask & (1 << branch) or kind == EMPTY:
-                    continue
-                if kind == MERGED:
-                    merged |= 1 << branch
+                if kind == EMPTY or kind == MERGED or not concerns(kind, branch, mask, merged):
                     continue
                 if not has_options(windows, box[branch]):
                     continue

@@ -41,7 +41,7 @@ class CurveCover:
         self._shift = arm.closed_form.shift
         for j, mine in enumerate(windows):  # kernels count joints as the closed form does
             ends[first[j] : first[j] + len(mine)] += self._shift[j]
-        self._windows = kernels.Windows(self.wraps, ends, first)
+        self.windows = kernels.Windows(self.wraps, ends, first)
         low, high = arm.parameter_range
         self._edges = np.linspace(low, high, _PIECES + 1)
         self._key = np.resize(_KEY, arm.n) * (1.0 + 0.1 * np.arange(arm.n))
@@ -54,7 +54,7 @@ class CurveCover:
         def trace(found: kernels.Found) -> int:
             return kernels.trace(
                 arm.closed_form.family.number, arm.geometry, root, origin, self._edges, arm.kernel, arm.task(x),
-                self._windows, spacing, _NARROWEST, found,
+                self.windows, spacing, _NARROWEST, found,
             )  # fmt: skip
 
         return self._in_order(self._filled(trace, 512))
@@ -66,7 +66,7 @@ class CurveCover:
             cells.a + self._shift, cells.b + self._shift, cells.bow, cells.dev, cells.rest, cells.pieces, cells.origin
         )
         found = self._filled(
-            lambda room: kernels.divide(arm.kernel, arm.task(x), self._windows, given, spacing, _NARROWEST, room),
+            lambda room: kernels.divide(arm.kernel, arm.task(x), self.windows, given, spacing, _NARROWEST, room),
             3 * len(cells) + 64,
         )
         return Cells(
@@ -83,7 +83,7 @@ class CurveCover:
     def _turns(self, posture: FloatArray) -> list[tuple[float, ...]]:
         options = []
         for j in range(self.n):
-            mine = self._windows.ends[self._windows.first[j] : self._windows.first[j + 1]] - self._shift[j]
+            mine = self.windows.ends[self.windows.first[j] : self.windows.first[j + 1]] - self._shift[j]
             turns = [0.0] if self.wraps[j] else [
                 k for low, high in mine
                 for k in range(int(np.ceil((low - posture[j]) / TAU)), int(np.floor((high - posture[j]) / TAU)) + 1)

@@ -41,6 +41,7 @@ class PlanarLine:
     """
 
     u_range = (-np.pi, np.pi)
+    has_structure = True
 
     def __init__(self, arm: PlanarArm, u0: FloatArray, direction: FloatArray) -> None:
         self.arm = arm

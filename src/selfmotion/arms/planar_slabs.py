@@ -36,6 +36,8 @@ class PlanarSlabs:
     elbow : {"any", "positive", "negative"}
     """
 
+    slabs = 16
+
     def __init__(self, arm: PlanarArm, path: Path, elbow: str = "any") -> None:
         self.path, self.n = path, arm.n
         self._cover = PlanarCover(arm, elbow)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 from numpy.typing import ArrayLike
@@ -16,18 +17,21 @@ if TYPE_CHECKING:
     from selfmotion.paths import Path
 
 
+_ANGLES = {0.0: "0", math.pi: "π", 0.5 * math.pi: "π/2", -0.5 * math.pi: "−π/2"}
+
+
 class Cause(NamedTuple):
     """Why a breakpoint of the self-motion stands where it stands.
 
     Attributes
     ----------
     kind : str
-        ``"fold"`` (two branches meet), ``"lower limit"``, ``"upper limit"`` or ``"marker"`` (nothing happens
-        there in general; a singular posture may).
+        ``"fold"`` (two branches meet), ``"lower limit"``, ``"upper limit"``, ``"free"`` (the joint turns while u stands
+        still) or ``"marker"`` (nothing happens there in general; a singular posture may).
     joint : int
         The joint concerned, counted from 0; −1 for markers.
     value : float
-        Its angle there [rad], NaN for markers.
+        Its angle there [rad], NaN for markers and where it is free.
     """
 
     kind: str
@@ -37,7 +41,9 @@ class Cause(NamedTuple):
     def __str__(self) -> str:
         name = f"θ{self.joint + 1}"
         if self.kind == "fold":
-            return f"fold {name} = {'π' if self.value else '0'}"
+            return f"fold {name} = {_ANGLES.get(self.value, f'{self.value:.4g}')}"
+        if self.kind == "free":
+            return f"{name} free"
         return f"{self.kind} of {name}" if self.joint >= 0 else self.kind
 
 
@@ -53,7 +59,7 @@ class Breakpoints(NamedTuple):
     q : array, shape (k, m, n)
         The posture there, exact on the constraint that causes it; NaN where not unique.
     causes : tuple of Cause, length m
-        One per column.
+        One per column. Columns are the same at all poses only if the self-motion's ``has_structure`` says so.
     """
 
     u: FloatArray
@@ -92,6 +98,8 @@ class SelfMotion(Protocol):
     u_range: tuple[float, float]
     periodic: bool
     limits: JointLimits
+    has_structure: bool
+    """Whether breakpoints have the same columns at every pose, so that intervals are followed along a path by them."""
     singular: BoolArray
     """Per separator, whether a joint is free where it vanishes; shape (m,)."""
 
@@ -101,7 +109,7 @@ class SelfMotion(Protocol):
         ...
 
     def pose(self, x: ArrayLike) -> Any:
-        """Return the constants of task points `x`, shape (k, 2)."""
+        """Return the constants of task points `x`, shape (k, dimension)."""
         ...
 
     def solve(self, pose: Any, u: ArrayLike, branch: int) -> tuple[FloatArray, BoolArray]:

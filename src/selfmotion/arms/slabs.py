@@ -64,6 +64,8 @@ class SlabCover(Protocol):
     """Joints that are angles modulo 2π, shape (n,)."""
     one_sided: BoolArray
     """Those of them that do have a limit, on one side, shape (n,)."""
+    slabs: int
+    """Into how many slabs the whole path is cut to begin with."""
 
     def boxes(self, low: float, high: float, size: float) -> Boxes:
         """Return boxes that hold every feasible posture at every r in [low, high].

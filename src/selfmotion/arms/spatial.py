@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 from functools import cached_property
-from itertools import product
+from itertools import product as combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from selfmotion import rotations
 from selfmotion._checks import branch_index, finite_array
 from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.angles import TAU, wrap
 from selfmotion.arms import _chain_kernels, _curve_kernels, _family_kernels
 from selfmotion.arms.cells import Cover
 from selfmotion.arms.chain import Chain
-from selfmotion.arms.closed_forms import FAMILIES, ClosedForm, closed_form_of
+from selfmotion.arms.closed_forms import FAMILIES, ClosedForm, closed_form_of, shortfall
 from selfmotion.arms.curve_cover import CurveCover
+from selfmotion.arms.curve_self_motion import CurveSelfMotion
+from selfmotion.arms.curve_slabs import CurveSlabs
 from selfmotion.arms.limits import JointBox, JointLimits
 from selfmotion.arms.slabs import SlabCover
 from selfmotion.errors import InvalidInputError
+from selfmotion.rotations import conjugate, from_matrix, logarithm, matrix, product
 
 if TYPE_CHECKING:
-    from selfmotion.arms.protocols import SelfMotion
     from selfmotion.paths import Path
 
 _TASKS = 6
@@ -119,7 +120,7 @@ class SpatialArm:
 
     def task(self, x: FloatArray) -> _curve_kernels.Task:
         """Return a pose (7,) as the kernels want it."""
-        return _curve_kernels.Task(np.ascontiguousarray(rotations.matrix(x[3:])), np.ascontiguousarray(x[:3]), 3)
+        return _curve_kernels.Task(np.ascontiguousarray(matrix(x[3:])), np.ascontiguousarray(x[:3]), 3)
 
     def root(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return a pose (7,) as the closed form wants it: rotation (3, 3, 2) and position (3, 2), both ends the same."""
@@ -129,22 +130,26 @@ class SpatialArm:
     def _root(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the poses (..., 7) of the closed form's last frame, in its base."""
         base, tool = self.closed_form.base, self.closed_form.tool
-        turned = rotations.matrix(x[..., 3:])
+        turned = matrix(x[..., 3:])
         back = np.linalg.inv(tool)
         rotation = base[:3, :3].T @ turned @ back[:3, :3]
         position = (turned @ back[:3, 3] + x[..., :3] - base[:3, 3]) @ base[:3, :3]
         return np.ascontiguousarray(rotation), np.ascontiguousarray(position)
 
     def shortfall(self, x: ArrayLike) -> FloatArray:
-        """Return how far tool positions are out of reach, whatever the joints and the rotation, shape (...)."""
-        offset = np.asarray(x, dtype=float)[..., :3] - self.chain.offsets[0][:3, 3]
-        return np.asarray(np.linalg.norm(offset, axis=-1) - self.reach)
+        """Return how far poses are out of the links' reach, whatever the joint limits, shape (...) [m].
+
+        It is by how much shoulder and wrist would have to be nearer to each other, or farther apart.
+        """
+        pose = np.asarray(x, dtype=float)
+        rotation, position = self._root(pose.reshape(-1, 7))
+        return shortfall(self.closed_form, rotation, position).reshape(pose.shape[:-1])
 
     def forward(self, q: ArrayLike) -> FloatArray:
         """Return the tool's poses, shape (..., 7)."""
         joints = self._joints(q)
         rotation, position = self._frames(joints.reshape(-1, self.n))
-        pose = np.concatenate([position, rotations.from_matrix(rotation)], axis=1)
+        pose = np.concatenate([position, from_matrix(rotation)], axis=1)
         return pose.reshape(*joints.shape[:-1], 7)
 
     def _frames(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -187,17 +192,17 @@ class SpatialArm:
     def task_rate(self, x: ArrayLike, dx: ArrayLike) -> FloatArray:
         """Return the velocity and angular velocity of poses `x` that change by `dx`, shape (..., 6)."""
         pose, rate = np.asarray(x, dtype=float), np.asarray(dx, dtype=float)
-        spin = 2.0 * rotations.product(rate[..., 3:], rotations.conjugate(pose[..., 3:]))[..., 1:]
+        spin = 2.0 * product(rate[..., 3:], conjugate(pose[..., 3:]))[..., 1:]
         return np.concatenate([rate[..., :3], spin], axis=-1)
 
     def task_residual(self, q: ArrayLike, x: ArrayLike) -> FloatArray:
         """Return what postures lack to be at poses `x`: a displacement and a rotation vector, shape (..., 6)."""
         joints, target = self._joints(q), np.asarray(x, dtype=float)
         rotation, position = self._frames(joints.reshape(-1, self.n))
-        now = rotations.from_matrix(rotation).reshape(*joints.shape[:-1], 4)
+        now = from_matrix(rotation).reshape(*joints.shape[:-1], 4)
         lack = target[..., :3] - position.reshape(*joints.shape[:-1], 3)
-        turn = rotations.product(target[..., 3:], rotations.conjugate(now))
-        turn = rotations.logarithm(np.where(turn[..., :1] < 0, -turn, turn))
+        turn = product(target[..., 3:], conjugate(now))
+        turn = logarithm(np.where(turn[..., :1] < 0, -turn, turn))
         return np.concatenate([lack, np.broadcast_to(turn, lack.shape)], axis=-1)
 
     def task_error(self, q: ArrayLike, x: ArrayLike) -> FloatArray:
@@ -364,7 +369,7 @@ class SpatialArm:
             turns = range(int(np.floor((least - np.pi) / TAU)) - 1, int(np.ceil((most + np.pi) / TAU)) + 2)
             inside = [(max(low, a + TAU * k), min(high, b + TAU * k)) for a, b in parts for k in turns]
             options.append([(a, b) for a, b in inside if a <= b])
-        boxes = [JointBox(*(np.array(ends) for ends in zip(*choice, strict=True))) for choice in product(*options)]
+        boxes = [JointBox(*(np.array(ends) for ends in zip(*choice, strict=True))) for choice in combinations(*options)]
         near = np.zeros(self.n) if around is None else self._joints(around)
         away = [float(np.maximum(np.maximum(b.lower - near, near - b.upper), 0.0).sum()) for b in boxes]
         return [boxes[k] for k in np.argsort(away, kind="stable")]
@@ -384,15 +389,15 @@ class SpatialArm:
 
     def slabs(self, path: Path, elbow: str = "any") -> SlabCover:
         """Return boxes of the postures along parts of a path."""
-        raise NotImplementedError
+        return CurveSlabs(self, path, elbow)
 
-    def self_motion(self) -> SelfMotion:
+    def self_motion(self) -> CurveSelfMotion:
         """Return the self-motion."""
-        raise NotImplementedError
+        return CurveSelfMotion(self)
 
     def line(self, u0: ArrayLike, direction: ArrayLike) -> object:
-        """Return the postures along u0 + s·direction."""
-        raise NotImplementedError
+        """Raise InvalidInputError: one redundant degree leaves nothing to choose a line in."""
+        raise InvalidInputError("u0", "chooses a line, and the arm has one redundant degree", "use self_motion()", u0)
 
     def _joints(self, q: ArrayLike) -> FloatArray:
         joints = np.asarray(q, dtype=float)

@@ -21,7 +21,6 @@ import numpy as np
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms.slabs import Boxes, SlabCover
 
-_SLABS = 16
 _SIZE = 0.3  # radius of boxes at the beginning [rad]
 _FINER = 0.5  # what a look multiplies the radius by
 _NEAR_LEAST = 0.25  # radii of a box by which the chains through it may be dearer than the cheapest to be looked at
@@ -131,17 +130,31 @@ class Chains:
         The part of the path that is looked at.
     start, end : Ends, optional
         What motions may begin and end with there; anything by default.
+    deadline : float
+        As :func:`time.perf_counter` tells it; what is not covered by then never is.
     """
 
     def __init__(
-        self, cover: SlabCover, low: float = 0.0, high: float = 1.0, start: Ends | None = None, end: Ends | None = None
+        self,
+        cover: SlabCover,
+        low: float = 0.0,
+        high: float = 1.0,
+        start: Ends | None = None,
+        end: Ends | None = None,
+        deadline: float = np.inf,
     ) -> None:
         self.cover, self.start, self.end = cover, start or Ends(), end or Ends()
         self.looked_at, self.rounds, self.calm = 0, 0, _SIZE
-        edges = np.linspace(low, high, _SLABS + 1)
+        self._begun_with = cover.slabs
+        edges = np.linspace(low, high, self._begun_with + 1)
         # At the ends there are slabs without thickness: what a motion begins and ends with.
         pairs = [(low, low), *zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True), (high, high)]
-        self.slabs = [self._slab(*pair, cover.boxes(*pair, _SIZE)) for pair in pairs]
+        self.slabs: list[Slab] = []
+        self.covered = True
+        for pair in pairs:
+            self.covered = self.covered and time.perf_counter() <= deadline
+            if self.covered:
+                self.slabs.append(self._slab(*pair, cover.boxes(*pair, _SIZE)))
 
     def prove(self, deadline: float = np.inf, budget: int = _MOST_BOXES) -> ChainProof:
         """Look ever more closely until no chain is left, or time or budget are spent.
@@ -157,6 +170,8 @@ class Chains:
         -------
         ChainProof
         """
+        if not self.covered:
+            return ChainProof(False, "time", 1.0, 0.0, 1.0 / self._begun_with, self.looked_at, 0)
         while True:
             self._measure()
             kept = [slab.kept() for slab in self.slabs]
@@ -185,7 +200,7 @@ class Chains:
 
     def _usual(self, slab: Slab) -> float:
         """Return the radius of boxes that is usual in slabs of this width."""
-        return _SIZE * _SLABS * (slab.high - slab.low) / (self.slabs[-1].high - self.slabs[0].low)
+        return _SIZE * self._begun_with * (slab.high - slab.low) / (self.slabs[-1].high - self.slabs[0].low)
 
     def _measure(self) -> None:
         """Find what chains from either end pay to get to each box."""

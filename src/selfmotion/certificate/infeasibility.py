@@ -9,7 +9,7 @@ from selfmotion.arms import Cause
 from selfmotion.arms.slabs import SlabCover
 from selfmotion.certificate.chains import Chains, Ends
 from selfmotion.certificate.joined import earliest, ends, leads_on, parts_at_start, sheets_at_end, with_arm
-from selfmotion.certificate.needs import needs
+from selfmotion.certificate.needs import needs, needs_of_pose
 from selfmotion.errors import Blocked, InfeasibleError, Need, UndecidedError
 from selfmotion.problem import Problem
 
@@ -92,17 +92,23 @@ def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedErr
     blocked = problem.blocked
     if blocked:
         limited = all(part.cause == "joint limits" for part in blocked)
-        return InfeasibleError(blocked, needs(problem, (), deadline) if limited else ())
+        found = needs if problem.arm.has_structure else needs_of_pose
+        return InfeasibleError(blocked, found(problem, (), deadline) if limited else ())
     cover = problem.arm.slabs(problem.path, problem.elbow)
     start, end = ends(problem, "start"), ends(problem, "end")
-    chains = Chains(cover, start=start, end=end)
-    proof = chains.prove(began + _FOR_THE_PROOF * (deadline - began))
+    until = began + _FOR_THE_PROOF * (deadline - began)
+    proof = Chains(cover, start=start, end=end, deadline=until).prove(until)
     if not proof.proved:
         return None if leads_on(problem) else _undecided(problem, proof.stopped)
-    stretch, causes = _stretch(problem)
+    if problem.arm.has_structure:
+        stretch, causes = _stretch(problem)
+        deaths = _deaths(problem, cover, deadline)
+    else:  # what the boxes tell is all that is known
+        stretch = Blocked((min(proof.earliest, proof.latest), max(proof.earliest, proof.latest)), "joint limits")
+        causes, deaths = (), ()
     result = InfeasibilityProof(
         "no chain of overlapping boxes, which hold all postures of the slabs that the path was cut into",
-        _deaths(problem, cover, deadline), stretch.r, (proof.earliest, proof.latest), proof.resolution, proof.boxes,
+        deaths, stretch.r, (proof.earliest, proof.latest), proof.resolution, proof.boxes,
         time.perf_counter() - began,
     )  # fmt: skip
     wanted: list[Need] = []

@@ -46,7 +46,9 @@ def sheets_at_end(problem: Problem, name: Literal["start", "end"]) -> list[int]:
 
 
 def leads_on(problem: Problem) -> bool:
-    """Return whether some sheet that a motion may start on leads on to one that it may end on."""
+    """Return whether some sheet that a motion may start on leads on to one that it may end on, as far as is known."""
+    if not problem.arm.has_structure:
+        return True
     reachable, last = problem.structure.reachable, set(sheets_at_end(problem, "end"))
     return any(last & reachable[k] for k in sheets_at_end(problem, "start"))
 

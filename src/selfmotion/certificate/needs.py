@@ -17,6 +17,7 @@ _MOST = 1.0  # no limit is asked to give more [rad]
 _SHARP = 1e-3  # relative error of what a limit is said to need
 _JUST_NOT = 0.97  # part of what is needed with which the proof shows where it is needed
 _SECONDS = 0.5  # for that proof
+_COARSE = 0.3  # spacing of the cells by which a pose is proved to be out of reach [rad]
 
 
 def needs(problem: Problem, causes: Iterable[Cause], deadline: float = np.inf) -> list[Need]:
@@ -54,6 +55,49 @@ def needs(problem: Problem, causes: Iterable[Cause], deadline: float = np.inf) -
     found.sort(key=lambda need: need.by)
     found = [need for need in found if need.by <= found[0].by * (1 + 2 * _SHARP)]
     return [Need(need.joint, need.side, need.by, _place(problem, need, deadline)) for need in found]
+
+
+def needs_of_pose(problem: Problem, causes: Iterable[Cause] = (), deadline: float = np.inf) -> list[Need]:
+    """Return which limits, each widened alone, would let a posture exist where the path is blocked.
+
+    Parameters
+    ----------
+    problem : Problem
+        Blocked somewhere; the middle of the longest stretch is looked at, where it is likely to need most.
+    causes : sequence of Cause
+        Not looked at.
+    deadline : float
+        As :func:`time.perf_counter` tells it; what is found by then is returned.
+
+    Returns
+    -------
+    list of Need
+        The one that has to give least, by at most 1 rad; others that need as little follow. That less does not do is
+        proved by a cover without cells.
+    """
+    low, high = max((part.r for part in problem.blocked), key=lambda ends: ends[1] - ends[0])
+    r = 0.5 * (low + high)
+    limits, best, found = problem.arm.limits, _MOST, []
+
+    def is_open(joint: int, side: str, by: float) -> bool:
+        one = by * (np.arange(problem.arm.n) == joint)
+        arm = problem.arm.relaxed(one if side == "lower" else 0.0 * one, one if side == "upper" else 0.0 * one)
+        return len(arm.cover(problem.elbow).cells(problem.path(r), _COARSE)) > 0
+
+    for joint in range(problem.arm.n):
+        for side in ("lower", "upper"):
+            if not np.isfinite((limits.lower if side == "lower" else limits.upper)[joint]):
+                continue
+            if time.perf_counter() > deadline or not is_open(joint, side, best):
+                continue
+            least, most = 0.0, best
+            while most - least > _SHARP * most and time.perf_counter() <= deadline:
+                middle = 0.5 * (least + most) if least > 0.0 else 0.25 * most
+                least, most = (least, middle) if is_open(joint, side, middle) else (middle, most)
+            best = most
+            found.append(Need(joint + 1, side, most, r))
+    found.sort(key=lambda need: need.by)
+    return [need for need in found if need.by <= found[0].by * (1 + 2 * _SHARP)]
 
 
 def widened(problem: Problem, joint: int, side: str, by: float) -> Problem:

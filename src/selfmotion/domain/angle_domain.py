@@ -20,6 +20,7 @@ from selfmotion.intervals import IntervalSet
 from selfmotion.paths import Path
 
 _BISECTIONS = 50
+_FEW_BISECTIONS = 20  # where each takes a cover
 # Nothing is called empty that limits wider by this would fill [rad]: tangencies know u to about 1e-8 only.
 _COARSE = 0.3  # spacing of the cells by which a pose is proved to be out of reach [rad]
 _PLACES = 100  # at which poses are looked at where that takes a cover of each
@@ -76,7 +77,11 @@ class AngleDomain:
 
     @cached_property
     def structure(self) -> DomainStructure:
-        """Events along the path, and the connected parts of the domain."""
+        """Events along the path, and the connected parts of the domain; InvalidInputError for arms in space."""
+        if not self.self_motion.has_structure:
+            raise InvalidInputError(
+                "arm", "has a self-motion whose structure along a path is not told", "use sample, or call the domain"
+            )
         return DomainStructure(self.self_motion, self.path, self.branches)
 
     def sample(self, r: ArrayLike, slack: float = 0.0) -> tuple[FeasibleArcs, ...]:
@@ -159,12 +164,14 @@ def angle_domain(arm: RedundantArm, path: Path) -> AngleDomain:
     return AngleDomain(arm.self_motion(), path)
 
 
-def stretches(holds: Callable[[FloatArray], BoolArray], r: FloatArray) -> list[tuple[float, float]]:
+def stretches(
+    holds: Callable[[FloatArray], BoolArray], r: FloatArray, bisections: int = _BISECTIONS
+) -> list[tuple[float, float]]:
     """Return the r-intervals on which the predicate `holds`, sampled at `r` and bisected at their ends."""
     flags = holds(r)
     change = np.flatnonzero(flags[1:] != flags[:-1])
     out, into = r[change], r[change + 1]
-    for _ in range(_BISECTIONS if len(change) else 0):
+    for _ in range(bisections if len(change) else 0):
         middle = 0.5 * (out + into)
         same = holds(middle) == flags[change]
         out, into = np.where(same, middle, out), np.where(same, into, middle)
@@ -213,10 +220,11 @@ def blocked_stretches(arm: RedundantArm, path: Path, samples: int, branches: Seq
         if arm.has_structure:
             empty = angle_domain(arm, path).empty_stretches(samples, branches)
         else:
-            cover, places = arm.cover(), np.union1d(path.grid(min(samples - 1, _PLACES)), path.waypoints)
+            cover = arm.cover()
             empty = stretches(
-                lambda r: np.array([len(cover.cells(x, _COARSE)) == 0 for x in path(r)], dtype=bool), places
-            )
+                lambda r: np.array([len(cover.cells(x, _COARSE)) == 0 for x in path(r)], dtype=bool),
+                path.grid(min(samples - 1, _PLACES)), _FEW_BISECTIONS,
+            )  # fmt: skip
         for low, high in empty:
             if not any(low <= part.r[1] and part.r[0] <= high for part in found):
                 found.append(Blocked((low, high), "joint limits"))

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray, IntArray
-from selfmotion.angles import TAU
+from selfmotion.angles import TAU, wrap
 from selfmotion.arms import Cause, SelfMotion
 from selfmotion.intervals import IntervalSet
 
@@ -21,12 +21,22 @@ _ON_LIMIT = 1e-12
 _AT_POINT = 1e-10
 # Breakpoints nearer to each other than this are one breakpoint with two causes.
 _NO_ARC = 1e-14
+# What ends an interval at places that differ by less does so together.
+_ONE_END = 1e-10
 # A joint angle known to its last digits.
 _LAST_DIGITS = 4e-15
 # Near a fold joints move like the square root of u: what is this near in u may be a millionth of a radian away.
 _AT_FOLD = 1e-12
 # Where beside a fold one looks for the side that is in reach.
 _BESIDE_FOLD = 1e-7
+
+
+class Run(NamedTuple):
+    """Feasible parameters from `low` to `high` [rad], and the causes that end them there; at folds, limits may, too."""
+
+    low: float
+    high: float
+    causes: tuple[tuple[Cause, ...], tuple[Cause, ...]]
 
 
 class FeasibleArcs(NamedTuple):
@@ -68,20 +78,40 @@ class FeasibleArcs(NamedTuple):
 
     def interval_set(self, k: int) -> IntervalSet:
         """Return the feasible parameters at task point `k`, on the circle of circumference 2π."""
-        real = np.flatnonzero(self.high[k] - self.low[k] > _NO_ARC)  # False where NaN
-        inside, low, high = self.inside[k, real], self.low[k, real], self.high[k, real]
-        if real.size and inside.all():
+        if self._is_full(k):
             return IntervalSet.full()
+        return IntervalSet([(run.low, run.high) for run in self.runs(k)], TAU)
+
+    def runs(self, k: int) -> list[Run]:
+        """Return the feasible intervals at task point `k`, each with what ends it; a full circle has no ends."""
+        real = np.flatnonzero(self.high[k] - self.low[k] > _NO_ARC)  # False where NaN
+        if self._is_full(k):
+            start = float(self.low[k, real[0]])
+            return [Run(start, start + TAU, ((), ()))]
+        inside, low, high = self.inside[k, real], self.low[k, real], self.high[k, real]
         # Counted from an arc that is not feasible, the feasible ones form runs that do not cross the count's end.
-        turn = int(np.argmin(inside))
-        order = (turn + np.arange(len(real))) % len(real)
+        turn = int(np.argmin(inside)) if real.size else 0
+        order = (turn + np.arange(len(real))) % len(real) if real.size else np.empty(0, int)
         edges = np.flatnonzero(np.diff(np.concatenate([[0], inside[order].astype(int), [0]])))
         first, last = order[edges[::2]], order[edges[1::2] - 1]
-        runs = np.column_stack([low[first], high[last] + TAU * (last < first)])
-        after = np.searchsorted(real, np.arange(self.points.shape[1])) % len(real)
+        ends = np.column_stack([low[first], high[last] + TAU * (last < first)])
+        after = np.searchsorted(real, np.arange(self.points.shape[1])) % max(len(real), 1)
         alone = np.isfinite(self.points[k]) & ~inside[after] & ~inside[after - 1]
-        points = self.points[k, alone]
-        return IntervalSet(np.vstack([runs, np.column_stack([points, points])]), TAU)
+        points = np.unique(self.points[k, alone])
+        found = np.vstack([ends, np.column_stack([points, points])])
+        return [Run(float(a), float(b), (self._causes_at(k, a), self._causes_at(k, b))) for a, b in found]
+
+    def _is_full(self, k: int) -> bool:
+        """Return whether every parameter is feasible at task point `k`."""
+        real = self.high[k] - self.low[k] > _NO_ARC
+        return bool(real.any() and self.inside[k, real].all())
+
+    def _causes_at(self, k: int, u: float) -> tuple[Cause, ...]:
+        """Return why there is a breakpoint at u; markers are no reason if there is another."""
+        count = int(np.isfinite(self.low[k]).sum())
+        here = np.flatnonzero(np.abs(wrap(self.low[k, :count] - u)) <= _ONE_END)
+        causes = tuple(dict.fromkeys(self.causes[column] for column in self.columns[k, here]))
+        return tuple(cause for cause in causes if cause.kind != "marker") or causes
 
 
 class ArcsAtPoint(NamedTuple):

@@ -6,12 +6,10 @@ import os
 from typing import Any, NamedTuple
 
 from selfmotion._checks import number
-from selfmotion.arms import PlanarArm
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.files import read_text
 from selfmotion.exchange.schema import ProblemForm, build, checked, inside
 from selfmotion.exchange.yaml_text import parse_yaml
-from selfmotion.paths.base import PLANE
 from selfmotion.planners import Planner
 from selfmotion.problem import Problem
 
@@ -66,18 +64,27 @@ def problem_from(data: Any, folder: str = "") -> ProblemFile:
     task, arm_data = dict(data["path"]), dict(data["arm"])
     direction = task.pop("direction", None)
     if direction is not None:
+        if arm_data.get("kind") in ("named", "urdf"):
+            reason = "is for planar arms; poses hold the tool's direction already"
+            raise InvalidInputError("path.direction", reason, "leave it out", direction)
         if arm_data.get("direction") is not None:
             raise InvalidInputError("path.direction", "is given in the arm too", "leave one of the two out", direction)
         arm_data["direction"] = inside("path", number, "direction", direction)
     path = inside("path", build, "path", task, folder)
     arm = inside("arm", build, "arm", arm_data, folder)
-    if isinstance(arm, PlanarArm) and path.dimension != PLANE:
-        raise InvalidInputError(
-            "path", "leaves the plane that a planar arm moves in", "give a plane path, or another arm"
-        )
     planner = inside("planner", build, "planner", data["planner"], folder) if data.get("planner") is not None else None
     options = given.model_dump(exclude={"arm", "path", "planner", "obstacles"})
     for name in ("start", "end"):
         if options[name] is not None:
             options[name] = {key: value for key, value in options[name].items() if value is not None}
-    return ProblemFile(Problem(arm, path, **options), planner)
+    branch = options.pop("branch")
+    if "branch" not in given.model_fields_set:
+        return ProblemFile(Problem(arm, path, **options), planner)
+    if "elbow" in given.model_fields_set:
+        raise InvalidInputError("branch", "is given as elbow too", "leave one of the two out", branch)
+    try:
+        return ProblemFile(Problem(arm, path, **{**options, "elbow": branch}), planner)
+    except InvalidInputError as error:
+        if error.field != "elbow":
+            raise
+        raise InvalidInputError("branch", error.reason, error.remedy, error.value) from None

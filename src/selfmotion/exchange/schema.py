@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import cache
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
@@ -51,6 +51,15 @@ class FrameForm(_Form):
     x_axis: Triple | None = None
 
 
+class ToolForm(_Form):
+    """The tool's frame in that of the arm's tip: a translation, and a rotation in one of three ways."""
+
+    translation: Triple | None = None
+    quaternion: Quaternion | None = None
+    matrix: Matrix | None = None
+    rpy: Triple | None = None
+
+
 class FollowForm(_Form):
     """The tool axis along the tangent, and the direction that another one stays near to."""
 
@@ -68,12 +77,13 @@ _BY_MARK = {
     "rotations": list[Quaternion],
     "poses": list[PoseRow],
     "frame": FrameForm | None,
+    "tool": ToolForm | None,
     "follow": FollowForm | None,
     "file": str,
     "limits": list[LimitPair | None] | None,
     "box": Pair | list[Pair],
 }
-_SECTIONS: dict[str, Mapping[str, type]] = {
+_SECTIONS: dict[str, Mapping[str, Callable[..., Any]]] = {
     "arm": ARMS,
     "path": {**PATHS, FilePath.kind: FilePath},
     "planner": PLANNERS,
@@ -117,7 +127,8 @@ class ProblemForm(_Form):
     path: _section("task")  # type: ignore[valid-type]
     start: PostureForm | None = None
     end: PostureForm | None = None
-    elbow: Literal["any", "positive", "negative"] = "any"
+    elbow: str = "any"
+    branch: str = "any"
     cyclic: Literal[False, "exact", "modulo"] = False
     weights: list[Number] | None = None
     planner: _section("planner") | None = None  # type: ignore[valid-type]
@@ -148,16 +159,21 @@ def _field_type(hint: Any) -> Any:
 @cache
 def form(section: str, kind: str) -> type[BaseModel]:
     """Return the pydantic model of one kind in one section, such as ("path", "bezier")."""
-    constructor = _SECTIONS[section][kind].__init__  # type: ignore[misc]
-    hints = get_type_hints(constructor, include_extras=True)
+    part = _SECTIONS[section][kind]
+    hints = _hints(part)
     fields: dict[str, Any] = {"kind": (Literal[kind], ...)}
-    for name, parameter in list(inspect.signature(constructor).parameters.items())[1:]:
+    for name, parameter in inspect.signature(part).parameters.items():
         default = ... if parameter.default is inspect.Parameter.empty else parameter.default
         fields[name] = (_field_type(hints[name]), list(default) if isinstance(default, tuple) else default)
-    return create_model(f"{section}_{kind}", __base__=_Form, __doc__=_summary(_SECTIONS[section][kind]), **fields)
+    return create_model(f"{section}_{kind}", __base__=_Form, __doc__=_summary(part), **fields)
 
 
-def _summary(part: type) -> str:
+def _hints(part: Callable[..., Any]) -> dict[str, Any]:
+    """Return the types of the parameters of a class, or of a function that makes an object."""
+    return get_type_hints(part.__init__ if inspect.isclass(part) else part, include_extras=True)
+
+
+def _summary(part: Callable[..., Any]) -> str:
     """Return the first paragraph of a docstring on one line."""
     return " ".join((inspect.getdoc(part) or "").split("\n\n")[0].split())
 
@@ -219,7 +235,7 @@ def build(section: str, data: Any, folder: str = "") -> Any:
 
     Returns
     -------
-    PlanarArm, Path, Planner or Optimizer
+    RedundantArm, Path, Planner or Optimizer
 
     Raises
     ------
@@ -234,7 +250,7 @@ def build(section: str, data: Any, folder: str = "") -> Any:
     kind = choice("kind", data["kind"], registry)
     checked(form(section, kind), data)
     given = {name: value for name, value in data.items() if name != "kind"}
-    hints = get_type_hints(registry[kind].__init__, include_extras=True)  # type: ignore[misc]
+    hints = _hints(registry[kind])
     for name, value in given.items():
         given[name] = _nested(hints[name], name, value, folder)
     return registry[kind](**given)
@@ -276,11 +292,20 @@ def json_schema() -> dict[str, Any]:
     ]
     definitions["task"] = {"oneOf": [_lifted(task, definitions) for task in tasks]}
     schema = _with_references(schema)
+    for name in ("elbow", "branch"):
+        schema["properties"][name]["enum"] = ["any", *_branch_names()]
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "selfmotion problem",
         **{key: value for key, value in schema.items() if key != "title"},
     }
+
+
+def _branch_names() -> list[str]:
+    """Return the names of all arms' branches, which editors shall know; the arm's own are checked with the arm."""
+    from selfmotion.arms.closed_forms import FAMILIES  # compiled kernels, which reading a problem does without
+
+    return list(dict.fromkeys(["positive", "negative", *(name for family in FAMILIES for name in family.branches)]))
 
 
 def _lifted(model: type[BaseModel], definitions: dict[str, Any]) -> dict[str, Any]:

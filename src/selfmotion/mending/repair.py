@@ -106,7 +106,7 @@ def repair(
     found = _mended(problem, r, on, allowed, worth)
     if problem.cyclic and not judge(problem, found.r, found.q, allowed).holds:
         first = {"q": found.q[0]}  # the motion shall end as it begins
-        closed = Problem(problem.arm, problem.path, first, first, elbow=problem.elbow)  # type: ignore[arg-type]
+        closed = Problem(problem.arm, problem.path, first, first, elbow=problem.elbow)
         found = _mended(closed, r, on, allowed, worth)
     verdict = judge(problem, found.r, found.q, allowed)
     if not verdict.holds:
@@ -277,7 +277,7 @@ def _blocked(problem: Problem, sheets: list[int]) -> UnrepairableError:
         return UnrepairableError(message, "ask for another start or end", r, proved=False)
     why = f", where the last part of the self-motion that it can be on ends: {' and '.join(map(str, causes))}"
     message = f"no continuous motion follows the path from its start to its end: it gets to r = {r:.10g}"
-    wider = Problem(problem.arm.relaxed(_SLACK), problem.path, elbow=problem.elbow)  # type: ignore[arg-type]
+    wider = Problem(problem.arm.relaxed(_SLACK), problem.path, elbow=problem.elbow)
     return UnrepairableError(
         message + (why if causes else ""),
         "widen the limits, move the path, or split it there",

@@ -10,8 +10,10 @@ from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
 from selfmotion.planners.candidates import Candidates, PlanarCandidates
 from selfmotion.planners.chain import module_problems
+from selfmotion.planners.comparison import Compared, compare_ladder, compare_plan, compare_rows
 from selfmotion.planners.distance import Distance, distance_from_optimum
 from selfmotion.planners.globally_optimal import Global
+from selfmotion.planners.ladder import LadderMotion, ladder
 from selfmotion.planners.modules import Modules
 from selfmotion.planners.moving_base import MovingBase
 from selfmotion.planners.parametric import Parametric, Sinusoid
@@ -60,9 +62,11 @@ __all__ = [
     "PLANNERS",
     "BSpline",
     "Candidates",
+    "Compared",
     "Distance",
     "Global",
     "Harmonics",
+    "LadderMotion",
     "Modules",
     "MovingBase",
     "Parametric",
@@ -71,7 +75,11 @@ __all__ = [
     "Planner",
     "Refine",
     "Sinusoid",
+    "compare_ladder",
+    "compare_plan",
+    "compare_rows",
     "distance_from_optimum",
+    "ladder",
     "module_problems",
     "plan",
 ]

@@ -74,7 +74,7 @@ class Chain:
             return Problem(
                 PlanarArm(self._links[i], pairs),
                 self.ends[0] if i == 0 else Relative(self.ends[i], self.ends[i - 1]),
-                elbow=whole.elbow if i == 0 else "any",  # type: ignore[arg-type]
+                elbow=whole.elbow if i == 0 else "any",
                 weights=whole.weights[rows],
                 objective=whole.objective.kind,
                 samples=whole.samples,
@@ -140,7 +140,7 @@ class Chain:
         return Problem(
             PlanarArm(self._links[:count].ravel(), self._pairs[:n]),
             self.ends[count - 1],
-            elbow=whole.elbow,  # type: ignore[arg-type]
+            elbow=whole.elbow,
             weights=whole.weights[:n],
             objective=whole.objective.kind,
             samples=whole.samples,
@@ -204,7 +204,9 @@ def module_problems(problem: Problem, moving_bases: Sequence[Path]) -> tuple[Pro
 def splittable(problem: Problem) -> PlanarArm:
     """Return the arm of a problem if it splits into modules; else raise an InvalidInputError."""
     arm = problem.arm
-    if not isinstance(arm, PlanarArm) or arm.direction is not None:
+    if not isinstance(arm, PlanarArm):
+        raise InvalidInputError("planner", "is for planar arms, which split into modules", "use planner global")
+    if arm.direction is not None:
         raise InvalidInputError("arm", "is not a planar arm whose last link is free", "use 3k links and no direction")
     if arm.n % 3:
         raise InvalidInputError("arm.links", f"has {arm.n} entries", "modules of three need 3, 6, 9, … links")

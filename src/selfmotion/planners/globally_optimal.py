@@ -140,6 +140,7 @@ class _Search:
                 self._given(cover, problem.start, 0.0), self._at_end(cover), self.deadline,
             )  # fmt: skip
             if tube.is_empty:
+                self._explain()
                 at = next(part.r for part in tube.slices if not len(part.cells))
                 raise InfeasibleError([Blocked((at, at), "joint limits")])
             parts = [_Part(tube, spacing)]

@@ -171,7 +171,7 @@ def _piece(problem: Problem, low: float, high: float, deadline: float) -> Plan |
         part = Problem(
             problem.arm, Section(problem.path, (low, high)),
             start=_given(problem, "start") if low <= 0.0 else None, end=_given(problem, "end") if high >= 1.0 else None,
-            elbow=problem.elbow, weights=problem.weights, objective=problem.objective.kind, samples=problem.samples,  # type: ignore[arg-type]
+            elbow=problem.elbow, weights=problem.weights, objective=problem.objective.kind, samples=problem.samples,
         )  # fmt: skip
         seconds = max(deadline - time.perf_counter(), 1e-3)
         return Refine(starts=_STARTS, tolerance=_TOLERANCE, time_limit=seconds).plan(part)

@@ -7,15 +7,18 @@ from collections.abc import Sequence
 import numpy as np
 
 from selfmotion._types import FloatArray
+from selfmotion.arms import RedundantArm
 from selfmotion.breaks import Break
+from selfmotion.certificate.verdict import verdict
 from selfmotion.domain import angle_domain
+from selfmotion.paths.base import PLANE
 from selfmotion.plans import Plan
 from selfmotion.plot.connectivity import draw_sampled_joints, draw_samples
 from selfmotion.plot.data import figure_data
 from selfmotion.plot.domain import draw_domain
 from selfmotion.plot.evolution import draw_evolution
 from selfmotion.plot.flow import draw_flow, flow_height
-from selfmotion.plot.joints import draw_joints
+from selfmotion.plot.joints import draw_each_joint, draw_joints, draw_parameter
 from selfmotion.plot.modules import draw_modules
 from selfmotion.plot.optimum import draw_optimum, draw_tube
 from selfmotion.plot.path import draw_path, draw_postures
@@ -26,15 +29,25 @@ from selfmotion.plot.sweep import draw_extreme_postures, draw_posture_interval, 
 from selfmotion.plot.workspace import draw_workspace
 from selfmotion.problem import Problem
 
+_COLUMNS = 4  # of panels, one per joint
 
-def plan_figure_names(n_u: int) -> list[str]:
-    """Return the names of the files that :func:`plan_figures` makes for an arm of redundancy `n_u`."""
-    names = ["postures", "joints", *(["motion_in_domain"] if n_u == 1 else [])]
+
+def plan_figure_names(arm: RedundantArm) -> list[str]:
+    """Return the names of the files that :func:`plan_figures` makes for an arm."""
+    if arm.dimension != PLANE:
+        names = ["joints"]
+    else:
+        names = ["postures", "joints", *(["motion_in_domain"] if arm.n_u == 1 else [])]
     return [f"{name}.{suffix}" for name in names for suffix in ("png", "svg")]
 
 
 def plan_figures(plan: Plan) -> dict[str, bytes]:
-    """Return the pictures of a plan, PNG and SVG, as file name to bytes."""
+    """Return the pictures of a plan, PNG and SVG, as file name to bytes.
+
+    Of arms in space these are the joint angles and the redundancy parameter; neither postures nor the angle domain.
+    """
+    if plan.problem.arm.dimension != PLANE:
+        return _space_figures(plan)
     files = rendered("postures", draw_postures, plan, height=3.2) | rendered("joints", draw_joints, plan)
     if plan.certificate is not None:
         files |= rendered("motion_in_domain", draw_optimum, plan, height=3.2)
@@ -50,6 +63,22 @@ def plan_figures(plan: Plan) -> dict[str, bytes]:
     return files
 
 
+def _space_figures(plan: Plan) -> dict[str, bytes]:
+    """Return the pictures of a plan of an arm in space."""
+    panels = plan.problem.arm.n + 1
+    rows = -(-panels // _COLUMNS)
+    with figure(width=2 * COLUMN, height=0.4 + 1.5 * rows, columns=_COLUMNS, rows=rows) as (canvas, axes):
+        draw_each_joint(axes[: panels - 1], plan)
+        draw_parameter(axes[panels - 1], plan)
+        for empty in axes[panels:]:
+            empty.set_axis_off()
+        for lowest in axes[panels - _COLUMNS : panels]:
+            lowest.set_xlabel("path parameter r")
+        if plan.certificate is not None:
+            canvas.suptitle(verdict(plan.cost, plan.cost_error, plan.certificate.bound), fontsize=8.5)
+        return image_files("joints", canvas)
+
+
 def motion_figures(
     name: str, problem: Problem, r: FloatArray, q: FloatArray, breaks: Sequence[Break] = ()
 ) -> dict[str, bytes]:
@@ -62,12 +91,14 @@ def motion_figures(
 
 __all__ = [
     "draw_domain",
+    "draw_each_joint",
     "draw_evolution",
     "draw_extreme_postures",
     "draw_flow",
     "draw_joints",
     "draw_modules",
     "draw_optimum",
+    "draw_parameter",
     "draw_path",
     "draw_posture_interval",
     "draw_postures",

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from selfmotion.plans import Plan
-from selfmotion.plot.style import COLORS, DASHES, GREY, shades
+from selfmotion.plot.style import BEYOND, COLORS, DASHES, GREY, shades
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _MOST_TOLD_APART = 8  # joints that have a colour and dashes of their own
+_BEYOND = 0.08  # how much of what is beyond a limit is shown, in parts of the range
 _NAME_HEIGHT = 8.0  # that a limit's name needs [points]
 _NAMED = 5  # of more joints, which are shades from the base to the tool
 
@@ -44,7 +45,8 @@ def draw_joints(axes: Axes, plan: Plan, joints: Sequence[int] | None = None, abs
     for joint, values in series.items():
         name = f"θ{joint + 1}"
         label = None if joint not in named else f"{name} absolute" if joint in absolute else name
-        look: dict[str, Any] = {"color": COLORS[joint % len(COLORS)], "linestyle": DASHES[joint % len(DASHES)]}
+        dashes = DASHES[(joint + joint // len(COLORS)) % len(DASHES)]  # where colours come again, others
+        look: dict[str, Any] = {"color": COLORS[joint % len(COLORS)], "linestyle": dashes}
         axes.plot(r, values, label=label, **({"color": greys[joint], "linewidth": 0.8} if many else look))
         for bound in () if joint in absolute else (limits.lower[joint], limits.upper[joint]):
             if low - 6 * margin <= bound <= high + 6 * margin:
@@ -58,6 +60,54 @@ def draw_joints(axes: Axes, plan: Plan, joints: Sequence[int] | None = None, abs
     if many:
         layout = {"ncols": _NAMED, "handlelength": 1.5, "columnspacing": 1.2}
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2, **layout)
+
+
+def draw_each_joint(panels: Sequence[Axes], plan: Plan) -> None:
+    """Draw every joint angle against r in a panel of its own, between its limits, for arms whose limits are many.
+
+    Parameters
+    ----------
+    panels : sequence of Axes
+        One per joint, in their order. The panels of limited joints show their whole range, and grey what is beyond it.
+    plan : Plan
+    """
+    r = plan.problem.rows
+    limits = plan.problem.arm.limits
+    for joint, (axes, values) in enumerate(zip(panels, plan(r).T, strict=True)):
+        axes.plot(r, values, color=COLORS[0])
+        axes.set_xlim(0, 1)
+        axes.set_xticks([0, 0.5, 1], ["0", "0.5", "1"])
+        axes.set_title(f"θ{joint + 1} [rad]")
+        low, high = limits.lower[joint], limits.upper[joint]
+        if np.isfinite([low, high]).all():
+            margin = _BEYOND * (high - low)
+            axes.set_ylim(low - margin, high + margin)
+        else:
+            axes.margins(y=0.08)
+        bottom, top = axes.get_ylim()
+        for inner, outer in ((low, bottom), (high, top)):
+            if bottom <= inner <= top:
+                axes.axhspan(inner, outer, color=BEYOND, linewidth=0)
+                axes.axhline(inner, color=GREY, linewidth=0.6)
+        axes.set_ylim(bottom, top)
+
+
+def draw_parameter(axes: Axes, plan: Plan) -> None:
+    """Draw the redundancy parameter against r, for one redundant degree.
+
+    Parameters
+    ----------
+    axes : Axes
+    plan : Plan
+    """
+    r = plan.problem.rows
+    axes.plot(r, np.unwrap(plan.u(r)[:, 0]), color=COLORS[1])
+    axes.set_xlim(0, 1)
+    axes.set_xticks([0, 0.5, 1], ["0", "0.5", "1"])
+    axes.margins(y=0.08)
+    form = getattr(plan.problem.arm, "closed_form", None)
+    name = "" if form is None else f" = {form.family.parameter.replace('q', 'θ')}"
+    axes.set_title(f"u{name} [rad]")
 
 
 def _name_limits(axes: Axes, shown: Mapping[float, Sequence[str]]) -> None:

@@ -77,6 +77,11 @@ class Collocation:
         at_nodes = self._split(space.design(space.nodes))[0]
         self._mass = (at_nodes.T * space.weights) @ at_nodes
 
+    @property
+    def is_local(self) -> bool:
+        """Whether each unknown concerns one part of the path; the first of a cyclic motion is its last too."""
+        return not self._wraps
+
     def _split(self, design: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return what unknowns (n, f) are multiplied with for values (k, n), and what is added to them."""
         return self._fold(design), design @ self._offset.T

@@ -8,15 +8,14 @@ every iterate keeps f(c) = x: a step d is tangent, ``A d = 0`` with A = ∂f/∂
 It minimises ``gᵀd + ½ dᵀHd``, H being the Hessian of the Lagrangian ``φ − λᵀ(f − x)`` with the barrier's part
 replaced by the primal-dual one (Wächter, Biegler 2006), by the conjugate gradients of Steihaug (1983) projected onto
 the tangents (Gould, Hribar, Nocedal 2001). The preconditioner P is H without the curvature of the task, plus the mass
-matrix, which makes it regular: one matrix per joint, so that ``S = A P⁻¹ Aᵀ``, of the size of the task, is all that
-couples the joints. What P leaves out is of order zero where P is of order two in d/dr; so the number of inner steps
+matrix, which makes it regular: one matrix per joint, coupled by the task alone (:mod:`selfmotion.refinement.linear`).
+What P leaves out is of order zero where P is of order two in d/dr; so the number of inner steps
 does not grow with the number of knots, and an iteration costs O(n). Densities with kinks have a part of their majorant
 added to H and P.
 """
 
 from __future__ import annotations
 
-import copy
 import time
 from typing import NamedTuple
 
@@ -24,6 +23,7 @@ import numpy as np
 
 from selfmotion._types import FloatArray
 from selfmotion.refinement.collocation import Collocation
+from selfmotion.refinement.linear import Linear, linear_at
 
 _ON_TASK = 1e-13  # tracking at the collocation points, as a part of the reach: rounding of some links' sum
 _LOST = 1e-10  # tracking beyond which a start is given up
@@ -42,7 +42,6 @@ _SHRINK = 0.15  # of μ, whenever its minimum is reached to a tenth of it
 _NOISE = 1e-14  # part of the cost that is rounding
 _STUCK = 1e-9  # radius of the trust region below which nothing more is gained
 _MULTIPLIER = 1e8  # times that limits' multipliers may be off their central values (Wächter, Biegler 2006)
-_RIDGE = 1e-13  # part of the diagonal of S that is added to it
 # The trust region (Conn, Gould, Toint 2000, 6.1.1): parts of what the model promised at which a step is taken at all,
 # at which the region shrinks and at which it grows, and how it does.
 _ACCEPT, _POOR, _GOOD = 0.05, 0.25, 0.75
@@ -69,79 +68,6 @@ class Minimum(NamedTuple):
     cost: float
     iterations: int
     converged: bool
-
-
-class _Linear:
-    """What is linear in a step at one iterate: P⁻¹, A, and the projection onto the tangents of the task."""
-
-    def __init__(self, problem: Collocation, q: FloatArray, matrices: FloatArray) -> None:
-        self.problem, self.matrices = problem, matrices
-        self._inverse = np.asarray(np.linalg.inv(matrices), dtype=float)
-        self._spread = problem.at_points(self._inverse)
-        self._linearise(q)
-
-    def _linearise(self, q: FloatArray) -> None:
-        from scipy.linalg import cho_factor
-
-        self._jacobian = self.problem.arm.jacobian(q)
-        k, tasks, _ = self._jacobian.shape
-        schur = np.empty((k, tasks, k, tasks))
-        by_joint = self._jacobian.transpose(1, 2, 0)
-        for a in range(tasks):
-            for b in range(a, tasks):
-                block = np.einsum("ik,ikl,il->kl", by_joint[a], self._spread, by_joint[b])
-                schur[:, a, :, b] = block
-                schur[:, b, :, a] = block.T
-        square = schur.reshape(k * tasks, k * tasks)
-        # Where the arm is stretched out the tool cannot move along it: a ridge far below anything that matters.
-        square[np.diag_indices(k * tasks)] *= 1 + _RIDGE
-        self._schur = cho_factor(square, overwrite_a=True, check_finite=False)
-
-    def at(self, q: FloatArray) -> _Linear:
-        """Return the same with the task linearised at other postures."""
-        other = copy.copy(self)
-        other._linearise(q)
-        return other
-
-    def solve(self, c: FloatArray) -> FloatArray:
-        """Return P⁻¹ c."""
-        return (self._inverse @ c[:, :, None])[:, :, 0]
-
-    def task(self, d: FloatArray) -> FloatArray:
-        """Return A d, shape (k, tasks)."""
-        return np.asarray((self._jacobian @ (self.problem.values @ d.T)[:, :, None])[:, :, 0])
-
-    def transposed(self, y: FloatArray) -> FloatArray:
-        """Return Aᵀ y, shape (n, f)."""
-        return np.asarray((self._jacobian * y[:, :, None]).sum(axis=1).T @ self.problem.values)
-
-    def multipliers(self, c: FloatArray) -> FloatArray:
-        """Return ``S⁻¹ A c`` for c that P⁻¹ was applied to."""
-        return self._schur_solve(self.task(c))
-
-    def tangent(self, c: FloatArray) -> FloatArray:
-        """Return P⁻¹ c, projected onto the tangents in the metric of P."""
-        moved = self.solve(c)
-        return moved - self.solve(self.transposed(self.multipliers(moved)))
-
-    def towards(self, lack: FloatArray) -> FloatArray:
-        """Return the least step, in the metric of P, that moves the tool by `lack` to first order."""
-        return self.solve(self.transposed(self._schur_solve(lack)))
-
-    def product(self, a: FloatArray, b: FloatArray) -> float:
-        """Return the inner product of P."""
-        return float((a * (self.matrices @ b[:, :, None])[:, :, 0]).sum())
-
-    def to_edge(self, step: FloatArray, direction: FloatArray, radius: float) -> float:
-        """Return the t ≥ 0 at which step + t direction has length `radius`."""
-        a, b = self.product(direction, direction), self.product(step, direction)
-        c = radius * radius - self.product(step, step)
-        return float((-b + np.sqrt(max(b * b + a * c, 0.0))) / a) if a > 0 else 0.0
-
-    def _schur_solve(self, y: FloatArray) -> FloatArray:
-        from scipy.linalg import cho_solve
-
-        return np.asarray(cho_solve(self._schur, y.ravel(), check_finite=False)).reshape(y.shape)
 
 
 class _Barrier:
@@ -201,9 +127,9 @@ class _Iterate:
         self._limits = barrier.curvature(c)
         self._q = problem.postures(c)
         stiff = problem.stiffness(self._density.diagonal + self._damping, _MASS * float(problem.weights.max()))
-        self.linear = _Linear(problem, self._q, _with_diagonal(stiff, self._limits))
+        self.linear = linear_at(problem, self._q, _with_diagonal(stiff, self._limits))
         slope = problem.gradient(self._density) + barrier.gradient(c, mu)
-        self._multipliers = self.linear.multipliers(self.linear.solve(slope))
+        self._multipliers = self.linear.multipliers(slope)
         self.gradient = slope - self.linear.transposed(self._multipliers)
         self.decrement = float((self.gradient * self.linear.tangent(self.gradient)).sum())
 
@@ -334,7 +260,7 @@ def _to_task(problem: Collocation, c: FloatArray, mu: float) -> FloatArray | Non
             return c
         near = mu / np.maximum(np.square(barrier.distances(c)).min(axis=0), _AT_LIMIT)
         try:
-            linear = _Linear(problem, q, _with_diagonal(plain.copy(), near))
+            linear = linear_at(problem, q, _with_diagonal(plain.copy(), near))
         except np.linalg.LinAlgError:
             return None
         step = linear.towards(problem.lack(q))
@@ -343,7 +269,7 @@ def _to_task(problem: Collocation, c: FloatArray, mu: float) -> FloatArray | Non
     return c if problem.miss(problem.postures(c)) <= _LOST else None
 
 
-def _carried(problem: Collocation, linear: _Linear, c: FloatArray) -> FloatArray | None:
+def _carried(problem: Collocation, linear: Linear, c: FloatArray) -> FloatArray | None:
     """Return c carried back onto the task by least steps in the metric of the last iterate; None if it is too far."""
     before = np.inf
     for _ in range(_CORRECTIONS):

@@ -10,7 +10,7 @@ import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray, IntArray
 
-_DEGREE = 3
+DEGREE = 3
 _CLEAR = 0.25  # of a span, that an even knot keeps away from a corner
 Spline = Callable[..., FloatArray]
 """A spline: maps r of shape (k,), and an order, to shape (k, n)."""
@@ -54,8 +54,8 @@ class SplineSpace:
     """
 
     def __init__(self, inner: FloatArray) -> None:
-        self.knots = np.concatenate([np.zeros(_DEGREE + 1), inner, np.ones(_DEGREE + 1)])
-        self.m = len(self.knots) - _DEGREE - 1
+        self.knots = np.concatenate([np.zeros(DEGREE + 1), inner, np.ones(DEGREE + 1)])
+        self.m = len(self.knots) - DEGREE - 1
         self.collocation = np.clip(np.stack([self.knots[j : j + self.m] for j in (1, 2, 3)]).mean(axis=0), 0.0, 1.0)
         edges = np.unique(self.knots)
         half, middle = 0.5 * np.diff(edges), 0.5 * (edges[:-1] + edges[1:])
@@ -85,7 +85,7 @@ class SplineSpace:
         if len(corners):
             width = 0.5 * (edges[2:] - edges[:-2])
             plain = plain[np.abs(plain[:, None] - corners).min(axis=1) > _CLEAR * width]
-        return cls(np.sort(np.concatenate([plain, np.repeat(corners, _DEGREE)])))
+        return cls(np.sort(np.concatenate([plain, np.repeat(corners, DEGREE)])))
 
     @property
     def edges(self) -> FloatArray:
@@ -96,7 +96,7 @@ class SplineSpace:
         """Return the space with a further knot in the middle of each chosen span; it contains this one."""
         edges = self.edges
         middle = 0.5 * (edges[:-1] + edges[1:])[which]
-        return SplineSpace(np.sort(np.concatenate([self.knots[_DEGREE + 1 : -_DEGREE - 1], middle])))
+        return SplineSpace(np.sort(np.concatenate([self.knots[DEGREE + 1 : -DEGREE - 1], middle])))
 
     def design(self, r: FloatArray, order: int = 0) -> FloatArray:
         """Return the basis functions or their derivatives of `order` at r (k,), shape (k, m)."""
@@ -106,7 +106,7 @@ class SplineSpace:
         """Return the spline with coefficients (n, m), a callable of (r, order)."""
         from scipy.interpolate import BSpline
 
-        return BSpline(self.knots, coefficients.T, _DEGREE)
+        return BSpline(self.knots, coefficients.T, DEGREE)
 
     def interpolating(self, values: FloatArray) -> FloatArray:
         """Return the coefficients (n, m) of the spline with values (m, n) at the collocation points."""
@@ -123,7 +123,7 @@ class SplineSpace:
         The second array is [span, quadrature node, basis function]: what element matrices are made of.
         """
         spans = len(self.nodes) // len(_GAUSS_NODES)
-        first = np.searchsorted(self.knots, self.nodes[:: len(_GAUSS_NODES)], side="right") - _DEGREE - 1
+        first = np.searchsorted(self.knots, self.nodes[:: len(_GAUSS_NODES)], side="right") - DEGREE - 1
         slopes = self.design(self.nodes, 1).reshape(spans, len(_GAUSS_NODES), self.m)
-        columns = first[:, None] + np.arange(_DEGREE + 1)
+        columns = first[:, None] + np.arange(DEGREE + 1)
         return first, np.take_along_axis(slopes, columns[:, None, :], axis=2)

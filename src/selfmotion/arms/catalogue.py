@@ -1,0 +1,255 @@
+"""Arms by name, from the files in ``arms/data``, and arms from anyone's URDF file.
+
+A new arm is one file and one line in `CATALOGUE`. Importing this compiles nothing: closed forms are loaded when used.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from selfmotion._checks import choice, finite_array
+from selfmotion._types import FileName, FloatArray, Limits, ToolFrame
+from selfmotion.arms.chain import Chain
+from selfmotion.arms.limits import JointLimits
+from selfmotion.arms.protocols import RedundantArm
+from selfmotion.arms.urdf import load_chain, read_chain
+from selfmotion.errors import InvalidInputError
+from selfmotion.rotations import from_rotation_matrix, from_rpy, matrix, unit_quaternions
+
+if TYPE_CHECKING:
+    from selfmotion.arms.spatial import SpatialArm
+
+_POSE = 6  # joints that a pose takes
+_TURNS = ("quaternion", "matrix", "rpy")
+F = TypeVar("F", bound=Callable[..., object])
+
+
+class Entry(NamedTuple):
+    """An arm of the catalogue.
+
+    Attributes
+    ----------
+    title, maker : str
+    file : str
+        In ``arms/data``; its header says what it was checked against.
+    base, tip : str
+        Frames at both ends; the tip is the tool frame of paths, unless a tool is added.
+    source : str
+        Where its numbers are from.
+    """
+
+    title: str
+    maker: str
+    file: str
+    base: str
+    tip: str
+    source: str
+
+    def chain(self) -> Chain:
+        """Return its joints, frames and limits."""
+        return read_chain((files(__package__) / "data" / self.file).read_text("utf-8"), self.base, self.tip)
+
+
+CATALOGUE: dict[str, Entry] = {
+    "panda": Entry(
+        "Panda", "Franka Emika", "panda.urdf", "panda_link0", "panda_hand",
+        "Denavit-Hartenberg table and limits published by the maker (franka_description)",
+    ),
+    "fr3": Entry(
+        "Research 3", "Franka Robotics", "fr3.urdf", "fr3_link0", "fr3_hand",
+        "the Panda's Denavit-Hartenberg table, limits of franka_description",
+    ),
+    "iiwa7": Entry(
+        "LBR iiwa 7 R800", "KUKA", "iiwa7.urdf", "link_0", "link_ee",
+        "distances published by the maker, ranges of iiwa_stack",
+    ),
+    "iiwa14": Entry(
+        "LBR iiwa 14 R820", "KUKA", "iiwa14.urdf", "link_0", "link_ee",
+        "distances published by the maker, ranges of lbr_fri_ros2_stack",
+    ),
+    "ur5e": Entry(
+        "UR5e", "Universal Robots", "ur5e.urdf", "base_link", "tool0",
+        "Denavit-Hartenberg table published by the maker, ranges of its ROS 2 description",
+    ),
+    "ur10e": Entry(
+        "UR10e", "Universal Robots", "ur10e.urdf", "base_link", "tool0",
+        "Denavit-Hartenberg table published by the maker, ranges of its ROS 2 description",
+    ),
+    "irb120": Entry(
+        "IRB 120-3/0.6", "ABB", "irb120.urdf", "base_link", "tool0", "abb_experimental",
+    ),
+    "kr6r900": Entry(
+        "KR 6 R900 sixx", "KUKA", "kr6r900.urdf", "base_link", "tool0", "kuka_experimental",
+    ),
+}  # fmt: skip
+"""Every arm that a problem file can name, by that name."""
+
+
+def _of_kind(kind: str) -> Callable[[F], F]:
+    """Give a constructor the ``kind`` by which problem files name it, as the classes of other parts have one."""
+
+    def marked(function: F) -> F:
+        vars(function)["kind"] = kind
+        return function
+
+    return marked
+
+
+@_of_kind("named")
+def named_arm(name: str, tool: ToolFrame = None, limits: Limits = None) -> RedundantArm:
+    """An arm of the catalogue, which ``selfmotion arms`` lists.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``panda``; its tool frame is the catalogue's tip, for the Panda ``panda_hand``: 0.107 m beyond the last
+        joint's frame and turned by −45° about z.
+    tool : mapping, optional
+        The tool's frame in the tip's: ``translation`` [m] and one of ``quaternion`` (w, x, y, z), ``matrix`` and
+        ``rpy`` (roll, pitch, yaw about the fixed x-, y-, z-axis [rad]).
+    limits : sequence, optional
+        Per joint ``None`` (free) or ``(lower, upper)`` [rad], instead of the catalogue's.
+
+    Returns
+    -------
+    SpatialArm
+
+    Raises
+    ------
+    InvalidInputError
+        If the name is not known, the tool is no frame, limits do not fit, or the arm has no redundant joint.
+    """
+    entry = CATALOGUE[choice("name", name, CATALOGUE)]
+    return _planned("name", _equipped(entry.chain(), tool, limits))
+
+
+@_of_kind("urdf")
+def urdf_arm(
+    file: FileName, base: str | None = None, tip: str | None = None, tool: ToolFrame = None, limits: Limits = None
+) -> RedundantArm:
+    """An arm from a URDF file: the joints between two of its links.
+
+    Parameters
+    ----------
+    file : str
+        UTF-8, at most 10 MB; meshes, masses and joints off the way are not looked at.
+    base, tip : str, optional
+        Names of the links at both ends; by default the root, and the only leaf.
+    tool : mapping, optional
+        The tool's frame in the tip's: ``translation`` [m] and one of ``quaternion`` (w, x, y, z), ``matrix`` and
+        ``rpy`` (roll, pitch, yaw about the fixed x-, y-, z-axis [rad]).
+    limits : sequence, optional
+        Per joint ``None`` (free) or ``(lower, upper)`` [rad], instead of the file's.
+
+    Returns
+    -------
+    SpatialArm
+
+    Raises
+    ------
+    InvalidInputError
+        If the file cannot be read or is no such robot, the tool is no frame, limits do not fit, or no closed form
+        solves the joints.
+    """
+    try:
+        chain = load_chain(file, base, tip)
+    except InvalidInputError as error:
+        if error.field in ("base", "tip"):
+            raise InvalidInputError(error.field, error.reason, error.remedy, error.value) from None
+        # The source of what is wrong further out is the problem file.
+        where = ", ".join(part for part in (os.fspath(file), error.field) if part)
+        raise InvalidInputError("file", f"{where}: {error.reason}", error.remedy, error.value) from None
+    return _planned("file", _equipped(chain, tool, limits))
+
+
+class Solved(NamedTuple):
+    """How an arm of the catalogue is solved.
+
+    Attributes
+    ----------
+    joints : int
+    parameter : str or None
+        What the redundancy parameter u is; None if the arm is not planned for.
+    branches : int
+        Inverse kinematics' branches at a given u.
+    closed_form : bool
+        Whether its postures are known in closed form.
+    rigorous : bool
+        Whether they are enclosed with all rounding, so that bounds on every motion are proved.
+    why_not : str or None
+        Why it is not planned for.
+    """
+
+    joints: int
+    parameter: str | None
+    branches: int
+    closed_form: bool
+    rigorous: bool
+    why_not: str | None
+
+
+def how_solved(name: str) -> Solved:
+    """Return how an arm of the catalogue is solved."""
+    chain = CATALOGUE[choice("name", name, CATALOGUE)].chain()
+    try:
+        arm = _planned("name", chain)
+    except InvalidInputError as error:
+        return Solved(chain.n, None, 0, False, False, error.reason)
+    # Every family has an enclosure of its own besides its closed form.
+    return Solved(chain.n, arm.closed_form.family.parameter, len(arm.branches), True, True, None)
+
+
+def _planned(field: str, chain: Chain) -> SpatialArm:
+    """Return the arm that moves a chain: the one place that knows which chains can be planned for."""
+    if chain.n <= _POSE:
+        how_many = "as many as a pose takes" if chain.n == _POSE else "fewer than a pose takes"
+        raise InvalidInputError(
+            field, f"has {chain.n} joints, {how_many}: none of them is redundant", "give an arm with seven joints"
+        )
+    from selfmotion.arms.spatial import SpatialArm  # compiled kernels, which planar arms do without
+
+    try:
+        return SpatialArm(chain)
+    except InvalidInputError as error:
+        raise InvalidInputError(field, error.reason, error.remedy) from None
+
+
+def _equipped(chain: Chain, tool: Any, limits: Limits) -> Chain:
+    """Return a chain with a tool at its tip, and with other limits."""
+    if tool is not None:
+        chain = chain.with_tool(_transform("tool", tool))
+    if limits is None:
+        return chain
+    given = JointLimits(limits, chain.n)
+    return Chain(chain.names, chain.offsets, given, chain.prismatic, chain.velocity, chain.base, chain.tip)
+
+
+def _transform(field: str, value: Any) -> FloatArray:
+    """Return the rigid transform (4, 4) that a mapping describes."""
+    remedy = f"write {{translation: […], rpy: […]}}; the fields are translation, {', '.join(_TURNS)}"
+    if not isinstance(value, Mapping):
+        raise InvalidInputError(field, "is not a mapping", remedy, value)
+    given = {key: entry for key, entry in value.items() if entry is not None}
+    for key in given:
+        if key not in ("translation", *_TURNS):
+            raise InvalidInputError(f"{field}.{key}", "is not a known field", remedy)
+    ways = [way for way in _TURNS if way in given]
+    if len(ways) > 1:
+        raise InvalidInputError(field, f"says its rotation by {' and '.join(ways)}", "leave one of them")
+    transform = np.eye(4)
+    transform[:3, 3] = finite_array(f"{field}.translation", given.get("translation", [0.0, 0.0, 0.0]), 1, 3)
+    if ways:
+        transform[:3, :3] = matrix(_turn(f"{field}.{ways[0]}", ways[0], given[ways[0]]))
+    return transform
+
+
+def _turn(field: str, way: str, value: Any) -> FloatArray:
+    """Return the unit quaternion that is given in one of the ways."""
+    if way == "quaternion":
+        return unit_quaternions(field, value, 1)
+    return from_rotation_matrix(field, value) if way == "matrix" else from_rpy(field, value)

@@ -1,0 +1,168 @@
+"""The plain ladder: the cheapest chain of postures on a fixed grid of u, without refinement and without any bound.
+
+It is what many programs do, and is here to be compared with: Bellman's dynamic programming over the path's points,
+whose rungs are the inverse kinematics at even values of u on every branch.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from selfmotion._checks import integer
+from selfmotion._types import FloatArray, IntArray
+from selfmotion.angles import TAU
+from selfmotion.arms import JointLimits
+from selfmotion.errors import InvalidInputError, NothingFeasibleError
+from selfmotion.mending.filling import filled
+from selfmotion.problem import Posture, Problem
+
+MOST_VALUES = 100_000
+_AT_ONCE = 2_000_000  # steps between two rungs that are judged at once
+_ON_LIMIT = 1e-9  # overrun of a limit allowed [rad]
+_MOST_TURNS = 64  # postures that whole turns may make of one
+
+
+@dataclass(frozen=True)
+class LadderMotion:
+    """The cheapest chain of postures that a ladder found.
+
+    Attributes
+    ----------
+    r : array, shape (k,)
+        The path's given points, or its samples if it has none.
+    q : array, shape (k, n)
+        Joint angles, those of free joints continuous [rad].
+    values : int
+        How many values of u were tried on every branch.
+    cost_sampled : float
+        The objective's chord sum, weighted.
+    jumps : tuple of int
+        Steps that no continuous motion explains, by the row before them, counted from 0: halved again and again with
+        the tool on the path, they do not get shorter.
+    postures : int
+        Of all rungs together.
+    seconds : float
+    """
+
+    r: FloatArray
+    q: FloatArray
+    values: int
+    cost_sampled: float
+    jumps: tuple[int, ...]
+    postures: int
+    seconds: float
+
+
+def ladder(problem: Problem, values: int) -> LadderMotion:
+    """Return the cheapest chain of postures on a grid of u.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of an arm with one redundant degree. Start, end and branch are kept; that a cyclic motion closes is not.
+    values : int
+        Number of even values of u on [−π, π), on every branch that may be used.
+
+    Returns
+    -------
+    LadderMotion
+        Of these postures the cheapest chain. It need not be a motion: a step may jump.
+
+    Raises
+    ------
+    InvalidInputError
+        If the arm has another degree of redundancy, or the number is out of range.
+    NothingFeasibleError
+        If a rung is empty; with more values it need not be.
+
+    Notes
+    -----
+    ``V_{i+1}(q') = min_q V_i(q) + c(q' − q, r_{i+1} − r_i)`` over all pairs, c being the objective's chord. Limited
+    joints get every whole turn inside their limits.
+    """
+    began = time.perf_counter()
+    if problem.arm.n_u != 1:
+        reason = f"has {problem.arm.n_u} redundant degrees, and a ladder is for one"
+        raise InvalidInputError("arm", reason, "use planner refine")
+    count = integer("values", values, 1, MOST_VALUES)
+    r = problem.path.waypoints if len(problem.path.waypoints) > 1 else problem.grid
+    rungs = _rungs(problem, r, count)
+    cheapest, before = np.zeros(len(rungs[0])), []
+    for k in range(len(r) - 1):
+        cheapest, best = _climbed(problem, cheapest, rungs[k], rungs[k + 1], float(r[k + 1] - r[k]))
+        before.append(best)
+    at = int(np.argmin(cheapest))
+    way = [at]
+    for best in reversed(before):
+        way.append(int(best[way[-1]]))
+    limits = problem.arm.limits
+    q = limits.continuous(np.array([rung[k] for rung, k in zip(rungs, reversed(way), strict=True)]))
+    cost = float(problem.objective.sampled(q, r, problem.weights))
+    seconds = time.perf_counter() - began
+    return LadderMotion(r, q, count, cost, tuple(filled(problem, r, q).broken), sum(map(len, rungs)), seconds)
+
+
+def _rungs(problem: Problem, r: FloatArray, count: int) -> list[FloatArray]:
+    """Return the postures at each of the path parameters, shape (m, n) each."""
+    arm, u = problem.arm, np.linspace(-np.pi, np.pi, count, endpoint=False)
+    given = {0: problem.start, len(r) - 1: problem.end}
+    solved = [arm.solve(problem.path(r)[:, None], u[:, None], branch) for branch in problem.elbow_branches]
+    rungs = []
+    for k in range(len(r)):
+        posture = given.get(k)
+        if posture is None:
+            q = np.concatenate([some[k][ok[k]] for some, ok in solved])
+        else:
+            q = _given(problem, posture, float(r[k]))
+        rung = turned(arm.limits, q)
+        if not len(rung):
+            raise NothingFeasibleError(
+                f"none of {count} values of u is feasible at r = {r[k]:.6g}", "try more values", count, 1.0
+            )
+        rungs.append(rung)
+    return rungs
+
+
+def _given(problem: Problem, posture: Posture, r: float) -> FloatArray:
+    """Return the postures (m, n) that a given one stands for."""
+    if posture.q is not None:
+        return posture.q[None]
+    solved = [problem.arm.solve(problem.path(r), posture.u, branch) for branch in problem.elbow_branches]
+    return np.array([q for q, ok in solved if ok]).reshape(-1, problem.arm.n)
+
+
+def turned(limits: JointLimits, q: FloatArray) -> FloatArray:
+    """Return postures (m, n) with all whole turns that put limited joints inside their limits, shape (k, n).
+
+    A joint with a limit on one side only gets its first turn inside.
+    """
+    for j in np.flatnonzero(limits.limited):
+        with np.errstate(invalid="ignore"):
+            least = np.ceil((limits.lower[j] - _ON_LIMIT - q[:, j]) / TAU)
+            most = np.floor((limits.upper[j] + _ON_LIMIT - q[:, j]) / TAU)
+        least, most = np.where(np.isfinite(least), least, most), np.where(np.isfinite(most), most, least)
+        counts = np.clip(most - least + 1, 0, _MOST_TURNS).astype(int)
+        rows = np.repeat(np.arange(len(q)), counts)
+        further = np.arange(len(rows)) - np.repeat(np.cumsum(counts) - counts, counts)
+        q = q[rows]
+        q[:, j] += TAU * (least[rows] + further)
+    return q
+
+
+def _climbed(
+    problem: Problem, cheapest: FloatArray, below: FloatArray, above: FloatArray, dr: float
+) -> tuple[FloatArray, IntArray]:
+    """Return what every posture above costs at least, and from which one below."""
+    found, best = np.empty(len(above)), np.empty(len(above), np.intp)
+    block = max(1, _AT_ONCE // (len(below) * problem.arm.n))
+    for first in range(0, len(above), block):
+        part = above[first : first + block]
+        steps = problem.arm.limits.steps(below[None], part[:, None])
+        cost = cheapest + problem.objective.chord(steps, np.full(steps.shape[:2], dr), problem.weights)
+        chosen = np.argmin(cost, axis=1)
+        best[first : first + block] = chosen
+        found[first : first + block] = cost[np.arange(len(part)), chosen]
+    return found, best

@@ -1,0 +1,127 @@
+"""Cells of spatial self-motions: nothing feasible is lost, at random and where joints are free, folded or at limits."""
+
+import attack_covers as attack
+import numpy as np
+import pytest
+
+from selfmotion.arms.cells import Cells
+from selfmotion.arms.curve_cover import CurveCover
+
+KINDS = [kind for kind in attack.KINDS if kind not in attack.COSTLY]
+COVERS = {}
+
+
+def setting(name):
+    """An arm and its cover."""
+    if name not in COVERS:
+        arm = attack.load(name)
+        COVERS[name] = arm, arm.cover()
+    return COVERS[name]
+
+
+def drawn(name, kind, seed):
+    """An arm, its cover, and a posture and a pose of a kind."""
+    arm, cover = setting(name)
+    rng = np.random.default_rng(seed)
+    q = attack.posture(arm, kind, rng)
+    return arm, cover, q, arm.forward(q), rng
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", attack.ARMS)
+def test_nothing_feasible_is_lost(name, kind):
+    spacing = (0.3, 0.1, 0.02)[KINDS.index(kind) % 3]
+    arm, cover, q, _, rng = drawn(name, kind, [1, KINDS.index(kind)])
+    found = attack.verdict(arm, cover, q, rng, (spacing,), (0.3,), most=500)
+    assert found.checked
+    assert not found.faults
+
+
+@pytest.mark.parametrize("name", ["panda", "iiwa14"])
+def test_nothing_is_lost_of_random_self_motions(name):
+    checked = 0
+    for seed in range(12):
+        arm, cover, q, _, rng = drawn(name, "any", [2, seed])
+        found = attack.verdict(arm, cover, q, rng, (0.1,), (0.5, 0.2), most=500)
+        assert not found.faults
+        checked += found.checked
+    assert checked > 10_000
+
+
+@pytest.mark.parametrize("name", ["panda", "iiwa14"])
+@pytest.mark.parametrize("slack", [1.5, np.inf])
+def test_turns_of_wider_limits_and_of_free_joints_are_there(name, slack):
+    arm = attack.load(name, slack)
+    cover = arm.cover()
+    for seed in range(2):
+        rng = np.random.default_rng([3, seed])
+        q = rng.uniform(np.maximum(arm.limits.lower, -3.0), np.minimum(arm.limits.upper, 3.0))
+        x = arm.forward(q)
+        sample = attack.sampled(arm, x, q, rng, 4, most=300).q
+        turned = sample
+        for j in range(7):
+            for turn in (-2 * np.pi, 2 * np.pi):
+                moved = sample.copy()
+                moved[:, j] += turn
+                turned = np.concatenate([turned, moved])
+        turned = turned[(arm.limits.excess(turned) <= 0).all(axis=1)]
+        assert len(turned) > len(sample)
+        cells = cover.cells(x, 0.3)
+        assert attack.outside(cells, turned, cover.wraps).max() < 1e-9
+        assert attack.outside(cover.split(x, cells, np.full(len(cells), 0.1)), turned, cover.wraps).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", ["panda", "iiwa14"])
+def test_of_a_branch_nothing_is_lost(name):
+    arm, _ = setting(name)
+    for seed in range(3):
+        rng = np.random.default_rng([4, seed])
+        q = rng.uniform(arm.limits.lower, arm.limits.upper)
+        x = arm.forward(q)
+        sample = attack.sampled(arm, x, q, rng, 6, most=400).q
+        branches = arm.branch_of(sample)
+        for k in np.unique(branches):
+            cover = CurveCover(arm, arm.branches[k])
+            assert attack.outside(cover.cells(x, 0.1), sample[branches == k], cover.wraps).max() < 1e-9
+
+
+@pytest.mark.parametrize("name", attack.ARMS)
+def test_cells_are_few_and_boxes_are_none_away_from_singularities(name):
+    many = []
+    for seed in range(15):
+        _, cover, _, x, _ = drawn(name, "any", [5, seed])
+        cells = cover.cells(x, 0.1)
+        many.append(len(cells))
+    assert np.median(many) < 1000
+    assert max(many) < 10_000
+
+
+@pytest.mark.parametrize("name", ["panda", "iiwa14"])
+def test_parabolas_are_left_by_the_cube_of_the_length_and_rest_is_not_much_too_wide(name):
+    arm, cover, q, x, rng = drawn(name, "any", [2, 0])
+    sample = attack.sampled(arm, x, q, rng, 6, most=400).q
+    rest = []
+    for spacing in (0.1, 0.05, 0.025):
+        cells = cover.cells(x, spacing)
+        cells = cover.split(x, cells, np.full(len(cells), spacing))
+        length = np.abs(cells.b - cells.a).max(axis=1)
+        long = length > 0.5 * spacing
+        assert long.any()
+        rest.append(np.median(cells.rest[long].max(axis=1) / length[long] ** 2))
+    assert rest[2] < 0.7 * rest[0]
+    tight = Cells(cells.a, cells.b, cells.dev, cells.pieces, cells.origin, cells.bow, 1e-3 * cells.rest)
+    assert attack.outside(tight, sample, cover.wraps).max() > 1e-9
+
+
+@pytest.mark.parametrize("name", ["panda", "iiwa14"])
+def test_a_cell_left_out_is_missed(name):
+    arm, cover, q, x, rng = drawn(name, "any", [2, 0])
+    sample = attack.sampled(arm, x, q, rng, 6).q
+    cells = cover.cells(x, 0.3)
+    arrays = cells.a, cells.b, cells.bow, cells.dev, cells.rest, cover.wraps
+    holders = np.unique([attack.excess(posture, *arrays)[1] for posture in sample])
+    for k in holders[::5]:
+        others = cells[np.arange(len(cells)) != k]
+        middle = 0.5 * (cells.a[k] + cells.b[k]) + 0.125 * cells.bow[k]
+        if np.abs(cells.b[k] - cells.a[k]).max() > 1e-2:
+            assert attack.outside(others, middle[None], cover.wraps)[0] > 1e-4

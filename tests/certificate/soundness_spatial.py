@@ -1,0 +1,276 @@
+"""Tries to refute proved lower bounds of spatial arms: random reachable lines, and motions found without any bound.
+
+    python tests/certificate/soundness_spatial.py --arm panda --count 20 --seed 0 --kind turning --objective l2
+
+Each path is followed by differential inverse kinematics from a random posture inside the limits, so that a motion is
+there by construction. Rivals: that motion; shortest ways through ladders of its redundancy parameter; and, if asked
+for, local refinement. A bound above a rival's cost, or a claim that nothing moves, is a violation; then the exit is 1.
+"""
+
+import argparse
+import importlib.resources
+import os
+import sys
+import time
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+
+import selfmotion as sm
+from selfmotion.arms.urdf import read_chain
+from selfmotion.errors import InfeasibleError, SelfMotionError
+
+ROUNDING = 1e-9
+SLABS, PARAMETERS, FINER = 160, 400, 3
+WIDEST = 0.35  # step of a ladder, joint by joint [rad]
+EXACT = 1e-12
+
+
+def load(name):
+    """An arm by its name."""
+    text = (importlib.resources.files("selfmotion.arms") / "data" / f"{name}.urdf").read_text(encoding="utf-8")
+    return sm.SpatialArm(read_chain(text))
+
+
+def turned(rotation, vector):
+    """A unit quaternion turned about an axis by the axis's length."""
+    angle = np.linalg.norm(vector)
+    w, v = np.cos(angle / 2), np.sin(angle / 2) * vector / max(angle, 1e-300)
+    a, b = rotation[0], rotation[1:]
+    return np.concatenate([[w * a - v @ b], w * b + a * v + np.cross(v, b)])
+
+
+def miss(arm, q, x):
+    """By how much a posture misses a pose: position and rotation vector, shape (6,)."""
+    pose = arm.forward(q)
+    a, b = x[3:], pose[3:] * np.array([1, -1, -1, -1])
+    w = a[0] * b[0] - a[1:] @ b[1:]
+    v = a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])
+    return np.concatenate([x[:3] - pose[:3], 2 * v * (1 if w >= 0 else -1)])
+
+
+def corrected(arm, q, x, pull=None):
+    """A posture near q at a pose, drawn along the self-motion towards `pull`; None if there is none."""
+    for k in range(12):
+        jacobian = arm.jacobian(q)
+        step = np.linalg.lstsq(jacobian, miss(arm, q, x), rcond=1e-9)[0]
+        if k == 0 and pull is not None:
+            null = np.linalg.svd(jacobian)[2][6]
+            step = step + null * np.clip(null @ pull, -0.02, 0.02)
+        q = q + step
+        if k and np.abs(step).max() < 1e-13:
+            break
+    return q if np.abs(miss(arm, q, x)).max() < EXACT else None
+
+
+def inside(arm, q):
+    """Whether postures are within limits."""
+    return bool((arm.limits.excess(np.atleast_2d(q)) <= 0).all())
+
+
+def followed(arm, path, q, steps=SLABS):
+    """Postures (steps + 1, n) along a path from a posture, away from limits as far as may be; None if it ends early."""
+    middle = 0.5 * (arm.limits.lower + arm.limits.upper)
+    half = 0.5 * (arm.limits.upper - arm.limits.lower)
+    found = []
+    for r in np.linspace(0.0, 1.0, steps + 1):
+        now = corrected(arm, q, path(r), 0.02 * (middle - q) / half**2)
+        if now is None or not inside(arm, now) or (found and np.abs(now - q).max() > 0.2):
+            return None
+        found.append(now)
+        q = now
+    return np.array(found)
+
+
+def reachable(arm, kind, rng):
+    """A random line that some motion follows, and that motion."""
+    while True:
+        q = rng.uniform(arm.limits.lower, arm.limits.upper)
+        x = arm.forward(q)
+        way = rng.normal(size=3)
+        way *= rng.uniform(0.1, 0.6) / np.linalg.norm(way)
+        line = sm.Line(x[:3], x[:3] + way)
+        if kind == "turning":
+            axis = rng.normal(size=3)
+            axis *= rng.uniform(0.1, 1.5) / np.linalg.norm(axis)
+            path = sm.PosePath(line, orientations=[x[3:], turned(x[3:], axis)])
+        else:
+            path = sm.PosePath(line, orientation=x[3:])
+        motion = followed(arm, path, q)
+        if motion is not None:
+            return path, motion
+
+
+def dense(arm, path, r, q, parts=4):
+    """Postures between those of a motion, put onto the path one by one; None if the motion does not hold."""
+    for _ in range(int(np.log2(parts))):
+        between = []
+        for k in range(len(r) - 1):
+            at = 0.5 * (r[k] + r[k + 1])
+            now = corrected(arm, 0.5 * (q[k] + q[k + 1]), path(at))
+            if now is None or not inside(arm, now) or np.abs(now - 0.5 * (q[k] + q[k + 1])).max() > 0.1:
+                return None
+            between.append(now)
+        r = np.insert(r, np.arange(1, len(r)), 0.5 * (r[1:] + r[:-1]))
+        q = np.insert(q, np.arange(1, len(q)), between, axis=0)
+    return r, q
+
+
+def cost_of(problem, r, q):
+    """The cost of a motion by chords, and by how much finer chords may add: their sums grow by a quarter each time."""
+
+    def chords(step):
+        return float(problem.objective.chord(np.diff(q[::step], axis=0), np.diff(r[::step]), problem.weights).sum())
+
+    fine, coarse = chords(1), chords(2)
+    return fine, max(fine - coarse, 0.0)
+
+
+def verified(problem, r, q):
+    """The cost (with what chords may miss) of a motion through postures; infinite if it does not hold."""
+    found = dense(problem.arm, problem.path, r, q)
+    if found is None:
+        return np.inf
+    cost, more = cost_of(problem, *found)
+    return cost + more
+
+
+def rung(arm, x, parameters):
+    """All feasible postures (k, n) at a pose, for many parameters."""
+    found = []
+    for branch in range(len(arm.branches)):
+        q, ok = arm.solve(np.broadcast_to(x, (len(parameters), 7)), parameters[:, None], branch)
+        q = q[ok]
+        turns = np.ceil((arm.limits.lower - q) / (2 * np.pi) - 1e-12)
+        q = q + 2 * np.pi * turns
+        found.append(q[(arm.limits.excess(q) <= 0).all(axis=1)])
+    return np.concatenate(found)
+
+
+def ladder(problem, r, rungs):
+    """The cheapest way through rungs of postures, or None."""
+    costs, back = np.zeros(len(rungs[0])), []
+    for k in range(1, len(rungs)):
+        if not len(rungs[k]) or not len(rungs[k - 1]):
+            return None
+        best, where = np.empty(len(rungs[k])), np.empty(len(rungs[k]), int)
+        for i, q in enumerate(rungs[k]):
+            step = q - rungs[k - 1]
+            near = np.abs(step).max(axis=1) <= WIDEST
+            if not near.any():
+                best[i], where[i] = np.inf, 0
+                continue
+            rows = np.flatnonzero(near)
+            total = costs[rows] + problem.objective.chord(
+                step[rows], np.full(len(rows), r[k] - r[k - 1]), problem.weights
+            )
+            best[i], where[i] = total.min(), rows[total.argmin()]
+        costs = best
+        back.append(where)
+    if not np.isfinite(costs).any():
+        return None
+    at = int(costs.argmin())
+    way = [rungs[-1][at]]
+    for k in range(len(back) - 1, -1, -1):
+        at = int(back[k][at])
+        way.append(rungs[k][at])
+    return np.array(way[::-1])
+
+
+def climbed(problem):
+    """Cost of the best motion along a ladder of the parameter, made finer around itself a few times."""
+    arm, path = problem.arm, problem.path
+    r = np.linspace(0.0, 1.0, 41)
+    low, high = arm.parameter_range
+    way = ladder(problem, r, [rung(arm, path(at), np.linspace(low, high, PARAMETERS)) for at in r])
+    best = np.inf
+    width = 2 * (high - low) / PARAMETERS
+    for _ in range(FINER):
+        if way is None:
+            break
+        best = min(best, verified(problem, r, way))
+        u = arm.u_of(way)[:, 0]
+        rungs = []
+        for k, at in enumerate(r):
+            near = rung(arm, path(at), u[k] + np.linspace(-width, width, 21))
+            near = near[np.abs(near - way[k]).max(axis=1) < 0.5]
+            rungs.append(np.concatenate([near, way[k : k + 1]]))
+        way = ladder(problem, r, rungs)
+        width /= 6
+    return best if way is None else min(best, verified(problem, r, way))
+
+
+def refined(problem, seed, seconds):
+    """Cost of the package's local planner."""
+    try:
+        plan = sm.plan(problem, sm.Refine(starts=4, seed=seed, time_limit=seconds))
+    except (SelfMotionError, NotImplementedError):
+        return np.inf
+    r = np.linspace(0.0, 1.0, 401)
+    return verified(problem, r, plan(r))
+
+
+def row_of(arm, given, k):
+    """One case: what is proved, and what rivals do."""
+    rng = np.random.default_rng([given.seed, k])
+    path, motion = reachable(arm, given.kind, rng)
+    problem = sm.Problem(arm, path, objective=given.objective)
+    rivals = {"followed": verified(problem, np.linspace(0.0, 1.0, len(motion)), motion), "ladder": climbed(problem)}
+    if given.refine:
+        rivals["refined"] = refined(problem, k, given.time_limit)
+    began, cost, bound = time.perf_counter(), np.nan, np.nan
+    try:
+        plan = sm.plan(problem, sm.Global(gap=given.gap, time_limit=given.time_limit))
+        status, cost, bound = "solved", plan.cost, plan.lower_bound
+    except InfeasibleError:
+        status = "infeasible"
+    except SelfMotionError as error:
+        status = type(error).__name__
+    seconds = time.perf_counter() - began
+    best = min(rivals.values())
+    wrong = status == "infeasible" or (np.isfinite(bound) and bound > best * (1 + ROUNDING))
+    wrong = wrong or (np.isfinite(bound) and bound > cost * (1 + ROUNDING))
+    return status, cost, bound, seconds, min(rivals, key=rivals.get), best, wrong
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--arm", default="panda")
+    parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--gap", type=float, default=2e-3)
+    parser.add_argument("--time-limit", type=float, default=10.0)
+    parser.add_argument("--objective", choices=("l2", "joint_travel", "l1"), default="l2")
+    parser.add_argument("--kind", choices=("constant", "turning"), default="constant")
+    parser.add_argument("--refine", action="store_true", help="the package's local planner is a rival too")
+    given = parser.parse_args(arguments)
+    arm, rows = load(given.arm), []
+    print("case status       cost     bound      gap  seconds  best rival")
+    for k in range(given.count):
+        row = row_of(arm, given, k)
+        rows.append(row)
+        status, cost, bound, seconds, who, best, wrong = row
+        print(
+            f"{k:4d} {status:10s} {cost:8.5f} {bound:8.5f} {(cost - bound) / cost:9.2e} {seconds:7.1f}  "
+            f"{best:8.5f} {who}{'  VIOLATION' if wrong else ''}",
+            flush=True,
+        )
+    solved = [row for row in rows if row[0] == "solved"]
+    gaps = np.array([(row[1] - row[2]) / row[1] for row in solved])
+    wrong = sum(row[6] for row in rows)
+    beaten = sum(row[5] < row[1] * (1 - 1e-4) for row in solved)
+    print(
+        f"{given.arm}, {given.kind}, {given.objective}: {len(solved)} of {len(rows)} solved, "
+        f"{int((gaps <= given.gap).sum())} to the gap, {wrong} violations, planner beaten by 1e-4 {beaten} times"
+    )
+    if solved:
+        print(
+            f"gap median {np.median(gaps):.1e} most {gaps.max():.1e}; "
+            f"seconds median {np.median([row[3] for row in solved]):.1f} most {max(row[3] for row in rows):.1f}"
+        )
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
