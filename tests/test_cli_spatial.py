@@ -68,7 +68,7 @@ def test_plan_writes_its_folder_and_verify_accepts_it(run, panda_file, tmp_path)
     code, printed, err = run("plan", panda_file(), "--out", str(out), "--json")
     assert (code, err) == (0, "")
     result = read(printed)
-    assert set(result) == set(RESULT_FIELDS)
+    assert set(result) == {*RESULT_FIELDS, "l2_waypoints"}
     assert result["gap"] <= 5e-2
     assert 0 < result["l2_waypoints"] <= result["cost"]
     assert sorted(os.listdir(out)) == [".selfmotion.json", "joints.png", "joints.svg", "plan.json", "trajectory.csv"]
@@ -154,10 +154,9 @@ def test_planners_that_need_the_plane_name_one_that_does_not(run, panda_file, pl
     assert "use planner global" in err
 
 
-@pytest.mark.parametrize("command", ["domain", "animate", "repair"])
+@pytest.mark.parametrize("command", ["animate", "repair"])
 def test_what_is_drawn_in_the_plane_only_says_so(run, panda_file, tmp_path, command):
-    given = [] if command == "domain" else ["absent.csv"]
-    code, out, err = run(command, panda_file(), *given, "--out", str(tmp_path / "out"))
+    code, out, err = run(command, panda_file(), "absent.csv", "--out", str(tmp_path / "out"))
     assert (code, out) == (2, "")
     assert "arm: moves in space, and" in err
     assert "planar arms only" in err
@@ -212,7 +211,7 @@ BAD = {
     "branch and elbow": ({"branch": "any", "elbow": "any"}, ["branch: is given as elbow too"]),
     "branch that is no text": ({"branch": 3}, ["branch: is not text"]),
     "direction": ({"path": {**POSES, "direction": 1.0}}, ["path.direction: is for planar arms"]),
-    "start": ({"start": {"u": [-2.5]}}, ["start.u: ", "outside its limits", "u may lie in [0.3", "on branch q4- q5in"]),
+    "start": ({"start": {"u": [-2.5]}}, ["start.u: ", "outside its limits", "u may lie in [0.2989", "on branch q4- q5in"]),
     "start on another branch": (
         {"start": {"q": None}, "branch": "q4- q5in q2+"},
         ["start.q: is not on branch q4- q5in q2+", "change branch or q"],

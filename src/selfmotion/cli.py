@@ -17,6 +17,7 @@ from selfmotion._version import __version__
 from selfmotion.errors import InfeasibleError, InvalidInputError, SelfMotionError
 
 if TYPE_CHECKING:
+    from selfmotion.exchange import OutputFolder
     from selfmotion.optimizers import Progress
     from selfmotion.problem import Problem
 
@@ -99,17 +100,18 @@ def domain(
     as_json: JsonOption = False,
     force: ForceOption = False,
 ) -> None:
-    """Draw the angle domain: every feasible posture along the path, per elbow, and say what happens to it."""
+    """Draw the angle domain: every feasible posture along the path, per branch, and say what happens to it."""
     from selfmotion.arms import PlanarArm
     from selfmotion.domain import AngleDomain
     from selfmotion.exchange import OutputFolder, load_problem, structure_lines, structure_object
     from selfmotion.plot import draw_domain, figure, image_files
 
     case, _ = load_problem(problem)
-    _planar_only(case, problem, "domain draws")
     folder = OutputFolder(out, force)
-    names = ["domain.png", "domain.svg", "domain.json"]
-    folder.check(names)
+    folder.check(["domain.png", "domain.svg", "domain.json"])
+    if not case.arm.has_structure:
+        _sampled_domain(case, problem, folder, out, as_json)
+        return
     try:
         feasible = AngleDomain(case.arm.self_motion(), case.path, case.elbow_branches)
     except InvalidInputError as error:
@@ -428,6 +430,26 @@ def _run(arguments: list[str]) -> int:
             raise
         text = " ".join(str(error.format_message()).split()).rstrip(".")
         return _report_error(InvalidInputError("", text, "see selfmotion --help"), "--json" in arguments)
+
+
+def _sampled_domain(case: Problem, source: str, folder: OutputFolder, out: str, as_json: bool) -> None:
+    """Draw the angle domain of an arm whose structure along a path is not told."""
+    from selfmotion.domain import AngleDomain, SampledDomain
+    from selfmotion.exchange import sampled_lines, sampled_object
+    from selfmotion.plot import sampled_domain_figure
+
+    try:
+        sampled = SampledDomain(AngleDomain(case.arm.self_motion(), case.path), case.elbow_branches)
+    except InvalidInputError as error:
+        raise error.inside(source=source) from None
+    blocked = case.blocked
+    result = {"status": "drawn", "blocked": [_blocked(part) for part in blocked] or None, "version": __version__}
+    files = sampled_domain_figure(sampled)
+    files["domain.json"] = _json({**result, **sampled_object(sampled)}).encode()
+    folder.write(files)
+    lines = [f"angle domain on {len(sampled.branches)} branches at {len(sampled.r)} places, written to {out}"]
+    lines += [f"nothing is feasible for r in [{part.r[0]:.6g}, {part.r[1]:.6g}]: {part.cause}" for part in blocked]
+    _say(_json(result) if as_json else "\n".join(lines + sampled_lines(sampled)))
 
 
 def _planar_only(case: Problem, source: str, what: str) -> None:

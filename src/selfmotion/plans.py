@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 RESULT_FIELDS = (
     "status", "cost", "cost_error", "cost_sampled", "lower_bound", "gap", "l1_travel", "l2_travel",
     "max_tracking_error", "min_limit_margin", "max_joint_step", "reconfigurations", "blocked", "planner",
-    "parameters", "evaluations", "wall_time_s", "version", "l2_waypoints",
+    "parameters", "evaluations", "wall_time_s", "version",
 )  # fmt: skip
 """Keys of every result that the command line prints as JSON, in this order."""
 
@@ -167,8 +167,9 @@ class Plan:
         return float(L2Travel().sampled(self.motion(r), r, self.problem.weights))
 
     def summary(self) -> dict[str, Any]:
-        """Return the result as the command line's ``--json`` prints it."""
+        """Return the result as the command line's ``--json`` prints it; ``l2_waypoints`` only if the path has any."""
         check = self.verification
+        more = {} if self.l2_waypoints is None else {"l2_waypoints": self.l2_waypoints}
         return result_object(
             status="solved" if check.holds else "unknown",
             cost=self.cost,
@@ -186,5 +187,5 @@ class Plan:
             parameters=self.parameters,
             evaluations=self.evaluations,
             wall_time_s=self.wall_time_s,
-            l2_waypoints=self.l2_waypoints,
+            **more,
         )

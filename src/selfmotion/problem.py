@@ -290,25 +290,11 @@ class Problem:
         """Return in words where u may lie at `r`."""
         if self.arm.n_u != 1:
             return "choose another redundancy vector"
-        if not self.arm.has_structure:
-            return self._seen_feasible_at(r)
         domain = angle_domain(self.arm, self.path)
         sets = [(domain(r, branch), self.arm.branches[branch]) for branch in self.elbow_branches]
-        parts = [f"{feasible} with a {branch} elbow" for feasible, branch in sets if feasible.measure > 0]
+        form = "{} with a {} elbow" if _has_elbow(self.arm) else "{} on branch {}"
+        parts = [form.format(feasible, branch) for feasible, branch in sets if feasible.measure > 0]
         return f"u may lie in {' or '.join(parts)}" if parts else "no posture is feasible there"
-
-    def _seen_feasible_at(self, r: float) -> str:
-        """Return in words where u was seen to be feasible, looking at some values only."""
-        u = np.linspace(-np.pi, np.pi, _LOOK_AT)
-        found = []
-        for branch in self.elbow_branches:
-            q, ok = self.arm.solve(self.path(r), u[:, None], branch)
-            inside = ok & (self.arm.limits.excess(np.where(ok[:, None], q, 0.0)) <= 0.0).all(axis=-1)
-            change = np.flatnonzero(np.diff(np.concatenate([[0], inside, [0]])))
-            parts = [f"[{u[a]:.3f}, {u[b - 1]:.3f}]" for a, b in zip(change[::2], change[1::2], strict=True)]
-            if parts:
-                found.append(f"{' and '.join(parts)} on branch {self.arm.branches[branch]}")
-        return f"u may lie in {' or '.join(found)}" if found else "no posture was seen to be feasible there"
 
     def may_start_at(self, u: FloatArray, branch: int) -> bool:
         """Return whether a motion on `branch` may start with redundancy vector `u`."""

@@ -5,13 +5,14 @@ import numpy as np
 from selfmotion.arms._roots import EMPTY, FOLDED, MERGED, REGULAR, SINGULAR
 
 TAU = 2 * np.pi
+CROSS = np.array([np.cross(axis, np.eye(3)).T for axis in np.eye(3)])
+CROSS_TWICE = CROSS @ CROSS
 
 
 def about(axis, angle):
     """Turn about a coordinate axis, by Rodrigues' formula, as a 4 × 4 transform."""
-    k = np.cross(np.eye(3)[axis], np.eye(3)).T
     pose = np.eye(4)
-    pose[:3, :3] += np.sin(angle) * k + (1 - np.cos(angle)) * k @ k
+    pose[:3, :3] += np.sin(angle) * CROSS[axis] + (1 - np.cos(angle)) * CROSS_TWICE[axis]
     return pose
 
 

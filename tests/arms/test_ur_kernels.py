@@ -81,7 +81,7 @@ def line(lengths, q, six):
 @pytest.mark.parametrize("u_offset", [0.0, 1.0])
 def test_forward_of_inverse_is_the_pose(u_offset):
     rng, counts = np.random.default_rng(0), np.zeros(9, int)
-    for _ in range(1500):
+    for _ in range(400):
         lengths, tool, q = random_lengths(rng), random_tool(rng), rng.uniform(-np.pi, np.pi, 6)
         u = rng.uniform(-np.pi, np.pi)
         geometry = with_tool(lengths, tool)
@@ -92,16 +92,16 @@ def test_forward_of_inverse_is_the_pose(u_offset):
         for b in np.flatnonzero(ok):
             assert kernels.branch_of(geometry, found[b]) == b
         counts[ok.sum()] += 1
-    assert counts[8] > 500
+    assert counts[8] > 150
     assert counts[[2, 4, 6, 8]].sum() == counts.sum()
-    assert counts[4] > 100
+    assert counts[4] > 20
 
 
 @pytest.mark.parametrize("kind", ["elbow", "shoulder", "wrist", "both", "all"])
 def test_awkward_places(kind):
     rng, worst, without = np.random.default_rng(1), 0.0, 0
     lost = 0
-    for _ in range(600):
+    for _ in range(200):
         (lengths, q), tool = case(rng, kind), random_tool(rng)
         geometry = with_tool(lengths, tool)
         if np.sin(q[4]) == 0.0 and kind != "elbow":
@@ -116,8 +116,8 @@ def test_awkward_places(kind):
         if kind == "elbow":  # the posture itself, but for the root of rounding
             worst = max(worst, apart(found[ok], q).min())
     assert worst < 1e-6
-    assert without < 60
-    assert lost < 200 if kind == "all" else lost == 0
+    assert without < 20
+    assert lost < 70 if kind == "all" else lost == 0
 
 
 def test_out_of_reach():
@@ -181,7 +181,7 @@ def test_another_solver_finds_the_same():
 @pytest.mark.parametrize("spread", [0.0, 1.0])
 def test_enclosures_hold_what_they_say(kind, spread):
     rng, counts = np.random.default_rng(20), np.zeros(5, int)
-    for _ in range(400):
+    for _ in range(250):
         (lengths, q), tool = case(rng, kind), random_tool(rng)
         room = spread * 10.0 ** rng.uniform(-9, -2)
         geometry = with_tool(lengths, tool)
@@ -189,7 +189,7 @@ def test_enclosures_hold_what_they_say(kind, spread):
         counts += np.bincount(state, minlength=5)
     assert counts[REGULAR] > 500 or kind not in ("any", "elbow")
     assert (counts[FOLDED] > 100 and counts[MERGED] > 200) or kind not in ("elbow", "shoulder")
-    assert counts[SINGULAR] > 200 or kind not in ("wrist", "both", "all")
+    assert counts[SINGULAR] > 100 or kind not in ("wrist", "both", "all")
 
 
 def test_boxes_are_tight_and_shrink_in_proportion():
@@ -215,7 +215,7 @@ def test_boxes_are_tight_and_shrink_in_proportion():
 def test_a_free_wrist_is_held_piece_by_piece(kind, room):
     """With q5 = 0, q6 may be anything that the arm can make good for: q2, q3 and q4 move with it."""
     rng, seen, dropped, looked_at, counted = np.random.default_rng(30), 0, 0, 0, 0
-    for trial in range(300):
+    for trial in range(120):
         (lengths, q), tool = case(rng, kind), random_tool(rng)
         others = []
         if trial % 2 == 0:
@@ -228,8 +228,8 @@ def test_a_free_wrist_is_held_piece_by_piece(kind, room):
         far, all_of = checks.check_turned(UR, forward, rng, geometry, tool, q, rng.uniform(-3, 3), room, 5, others)
         if far >= 0:
             seen, dropped, looked_at = seen + 1, dropped + far, looked_at + all_of
-    assert seen > 150
-    assert counted > 100
+    assert seen > 60
+    assert counted > 60
     assert room > 0.0 or kind != "wrist" or dropped > 0.6 * looked_at > 0
 
 

@@ -63,7 +63,7 @@ def case(rng, kind):
 @pytest.mark.parametrize("u_offset", [0.0, 1.0])
 def test_forward_of_inverse_is_the_pose(u_offset):
     rng, counts = np.random.default_rng(0), np.zeros(9, int)
-    for _ in range(1500):
+    for _ in range(400):
         lengths, tool, q = random_lengths(rng), random_tool(rng), rng.uniform(-np.pi, np.pi, 6)
         u = rng.uniform(-np.pi, np.pi)
         geometry = with_tool(lengths, tool)
@@ -74,15 +74,15 @@ def test_forward_of_inverse_is_the_pose(u_offset):
         for b in np.flatnonzero(ok):
             assert kernels.branch_of(geometry, found[b]) == b
         counts[ok.sum()] += 1
-    assert counts[8] > 500
-    assert counts[4] > 200
+    assert counts[8] > 150
+    assert counts[4] > 50
     assert counts[[4, 8]].sum() == counts.sum()
 
 
 @pytest.mark.parametrize("kind", ["elbow", "shoulder", "wrist", "both", "all"])
 def test_awkward_places(kind):
     rng, worst = np.random.default_rng(1), 0.0
-    for _ in range(600):
+    for _ in range(200):
         (lengths, q), tool = case(rng, kind), random_tool(rng)
         geometry = with_tool(lengths, tool)
         _, found, ok = checks.check_solutions(WRIST, forward, geometry, tool, q, rng.uniform(-3, 3))
@@ -155,7 +155,7 @@ def test_another_solver_finds_the_same():
 @pytest.mark.parametrize("spread", [0.0, 1.0])
 def test_enclosures_hold_what_they_say(kind, spread):
     rng, counts = np.random.default_rng(20), np.zeros(5, int)
-    for _ in range(400):
+    for _ in range(250):
         (lengths, q), tool = case(rng, kind), random_tool(rng)
         room = spread * 10.0 ** rng.uniform(-9, -2)
         geometry = with_tool(lengths, tool)
@@ -163,7 +163,7 @@ def test_enclosures_hold_what_they_say(kind, spread):
         counts += np.bincount(state, minlength=5)
     assert counts[REGULAR] > 500 or kind not in ("any", "wrist")
     assert (counts[FOLDED] > 100 and counts[MERGED] > 200) or kind not in ("elbow", "shoulder")
-    assert counts[SINGULAR] > 200 or kind in ("any", "elbow")
+    assert counts[SINGULAR] > 100 or kind in ("any", "elbow")
 
 
 def test_boxes_are_tight_and_shrink_in_proportion():
@@ -187,7 +187,7 @@ def test_boxes_are_tight_and_shrink_in_proportion():
 @pytest.mark.parametrize("room", [0.0, 1e-6, 1e-3])
 def test_a_free_wrist_is_held_piece_by_piece(room):
     rng, seen, dropped, looked_at = np.random.default_rng(30), 0, 0, 0
-    for trial in range(300):
+    for trial in range(120):
         (lengths, q), tool = case(rng, "wrist"), random_tool(rng)
         if trial % 4 == 0:
             q[4] = 0.0
@@ -200,7 +200,7 @@ def test_a_free_wrist_is_held_piece_by_piece(room):
         )  # fmt: skip
         if far >= 0:
             seen, dropped, looked_at = seen + 1, dropped + far, looked_at + all_of
-    assert seen > 150
+    assert seen > 60
     assert room > 0.0 or dropped > 0.7 * looked_at > 0
 
 
@@ -220,7 +220,7 @@ def euler(rotation):
 def test_a_free_shoulder_is_held_piece_by_piece(kind, room):
     """With the wrist centre on axis 1, q1 may be anything; q4, q5 and q6 make good for it."""
     rng, seen = np.random.default_rng(31), 0
-    for trial in range(300):
+    for trial in range(120):
         (lengths, q), tool = case(rng, kind), random_tool(rng)
         lengths = lengths * np.array([1, 1, 0, 1, 1])
         others = []
@@ -237,7 +237,7 @@ def test_a_free_shoulder_is_held_piece_by_piece(kind, room):
         geometry = with_tool(lengths, tool)
         found = checks.check_turned(WRIST, forward, rng, geometry, tool, q, rng.uniform(-3, 3), room, 0, others)
         seen += found[0] >= 0
-    assert seen > 100
+    assert seen > 40
 
 
 def test_a_free_shoulder_given_q1_leaves_little():

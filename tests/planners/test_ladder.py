@@ -147,5 +147,6 @@ def test_travel_over_the_given_points_is_the_sum_of_their_chords(proved, seed_pl
     assert proved.l2_waypoints <= proved.l2_travel
     assert proved.summary()["l2_waypoints"] == proved.l2_waypoints
     assert seed_plan.l2_waypoints is None
+    assert "l2_waypoints" not in seed_plan.summary()
     weighted = sm.Problem(problem.arm, problem.path, objective="l2", weights=[2.0] * 7, samples=50)
     assert sm.planners.Plan(weighted, proved.motion, "same", {}).l2_waypoints == pytest.approx(2 * proved.l2_waypoints)

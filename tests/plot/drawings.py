@@ -21,8 +21,10 @@ import numpy as np
 import selfmotion as sm
 from selfmotion import plot
 from selfmotion.certificate.result import Certificate, Level, TubeSlice
+from selfmotion.domain import SampledDomain
 from selfmotion.optimizers import OPTIMIZERS
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 BASELINE = Path(__file__).with_name("thumbnails.json")
 ROWS, COLUMNS = 24, 32
 
@@ -132,6 +134,15 @@ class Case:
         return sm.angle_domain(arm, sm.Circle([6, 4], 4))
 
     @cached_property
+    def in_space(self):
+        """A spatial arm's domain with limits, folds and a hole, and a made-up motion through it."""
+        problem, _ = sm.load_problem(EXAMPLES / "panda_line.yaml")
+        sampled = SampledDomain(sm.angle_domain(problem.arm, problem.path), [2], 60)
+        r = np.linspace(0, 1, 50)
+        u = np.array([sampled.domain(x, 2).intervals[0].mean() for x in r])
+        return sampled, 2, (r, u, r < 0.8)
+
+    @cached_property
     def parted(self):
         """Limits and folds, and no connection between start and end."""
         return sm.angle_domain(sm.PlanarArm([1, 1, 1], [(-1.45, 1.45)] * 3), sm.Line([1.5, -2.5], [1.5, 2.5]))
@@ -203,6 +214,9 @@ DRAWINGS = {
         for name in ("eventful", "parted")
         for branch in (0, 1)
     },
+    "sampled_domain": Drawing(
+        plot.draw_sampled_domain, lambda case: case.in_space, height=3.4, ink=(0.1, 0.6)
+    ),
     "optimum": Drawing(
         plot.draw_optimum, lambda case: (case.proved, {"another": case.rival}), height=3.2, ink=(0.2, 0.7)
     ),

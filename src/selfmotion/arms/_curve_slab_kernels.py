@@ -6,7 +6,7 @@ import numpy as np
 
 from selfmotion._compiled import kernel
 from selfmotion._types import BoolArray, FloatArray, IntArray
-from selfmotion.arms._family_kernels import BRANCHES, enclose_branches, enclose_interval, is_free
+from selfmotion.arms._family_kernels import BRANCHES, enclose_branches, enclose_interval, free_joint, is_free
 from selfmotion.arms._roots import EMPTY, MERGED, REGULAR
 from selfmotion.arms._slab_kernels import all_options, is_last
 from selfmotion.arms._trace_kernels import Windows, concerns, has_options, merged_among
@@ -53,7 +53,7 @@ def boxes_of_slab(
                 free = 0
                 inside = True
                 for which in range(2):
-                    if not is_free(box, which):
+                    if not is_free(family, box, which):
                         continue
                     one, two = now[3 + 2 * which], now[4 + 2 * which]
                     if two - one < 0.5:
@@ -84,11 +84,11 @@ def boxes_of_slab(
                     continue
                 sector = -1
                 for which in range(2):
-                    joint = 0 if which == 0 else 4
-                    if is_free(all_boxes[b], which) and box[joint, 1] - box[joint, 0] > 2.0 * size[p]:
+                    joint = max(free_joint(family, which), 0)
+                    if is_free(family, all_boxes[b], which) and box[joint, 1] - box[joint, 0] > 2.0 * size[p]:
                         sector = which
                 if sector >= 0 and room:
-                    joint = 0 if sector == 0 else 4
+                    joint = free_joint(family, sector)
                     one, two = max(box[joint, 0], now[3 + 2 * sector]), min(box[joint, 1], now[4 + 2 * sector])
                     if two - one > 2.0 * size[p]:
                         cut = 0.5 * (one + two)

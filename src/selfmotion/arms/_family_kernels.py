@@ -8,8 +8,10 @@ from selfmotion._compiled import kernel
 from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.arms import _panda_kernels as panda
 from selfmotion.arms import _srs_kernels as srs
+from selfmotion.arms import _ur_kernels as ur
+from selfmotion.arms import _wrist_kernels as wrist
 
-PANDA, SRS = 0, 1
+PANDA, SRS, WRIST, UR = 0, 1, 2, 3
 BRANCHES = 8
 _FULL = 6.28  # a joint's box at least this wide is a whole turn
 
@@ -22,8 +24,12 @@ def solve_branches(
     """Fill in the posture on every branch (8, n), and which there are."""
     if family == PANDA:
         panda.solve(geometry, rotation, position, u, q, ok)
-    else:
+    elif family == SRS:
         srs.solve(geometry, rotation, position, u, q, ok)
+    elif family == WRIST:
+        wrist.solve(geometry, rotation, position, u, q, ok)
+    else:
+        ur.solve(geometry, rotation, position, u, q, ok)
 
 
 @kernel
@@ -42,7 +48,7 @@ def solve_all(
 
 @kernel
 def parameter_all(family: int, geometry: FloatArray, q: FloatArray, u: FloatArray) -> None:
-    """Fill in the redundancy parameters of postures (k, n)."""
+    """Fill in the redundancy parameters of postures (k, n), of arms where these are a matter of the joints alone."""
     for k in range(len(q)):
         u[k] = q[k, 6] if family == PANDA else srs.arm_angle(geometry, q[k])
 
@@ -51,7 +57,14 @@ def parameter_all(family: int, geometry: FloatArray, q: FloatArray, u: FloatArra
 def branch_all(family: int, geometry: FloatArray, q: FloatArray, branch: IntArray) -> None:
     """Fill in the branches of postures (k, n)."""
     for k in range(len(q)):
-        branch[k] = panda.branch_of(geometry, q[k]) if family == PANDA else srs.branch_of(q[k])
+        if family == PANDA:
+            branch[k] = panda.branch_of(geometry, q[k])
+        elif family == SRS:
+            branch[k] = srs.branch_of(q[k])
+        elif family == WRIST:
+            branch[k] = wrist.branch_of(geometry, q[k])
+        else:
+            branch[k] = ur.branch_of(geometry, q[k])
 
 
 @kernel
@@ -62,15 +75,29 @@ def enclose_branches(
     """Enclose the postures of every branch, box and rate (8, n, 2), and say what they are."""
     if family == PANDA:
         panda.enclose(geometry, rotation, position, low, high, box, rate, state)
-    else:
+    elif family == SRS:
         srs.enclose(geometry, rotation, position, low, high, box, rate, state)
+    elif family == WRIST:
+        wrist.enclose(geometry, rotation, position, low, high, box, rate, state)
+    else:
+        ur.enclose(geometry, rotation, position, low, high, box, rate, state)
 
 
 @kernel
-def is_free(box: FloatArray, which: int) -> bool:
-    """Return whether the first joint of the shoulder (which = 0) or wrist (1) may be anywhere: it is free."""
-    joint = 0 if which == 0 else 4
-    return bool(box[joint, 1] - box[joint, 0] > _FULL)
+def free_joint(family: int, which: int) -> int:
+    """Return the joint that tells the others where the shoulder (which = 0) or wrist (1) is singular, −1 if none is."""
+    if which == 0:
+        return -1 if family == UR else 0
+    if family == SRS:
+        return 4
+    return -1 if family == PANDA else 3 if family == WRIST else 5
+
+
+@kernel
+def is_free(family: int, box: FloatArray, which: int) -> bool:
+    """Return whether the joint that tells where shoulder or wrist are may be anywhere."""
+    joint = free_joint(family, which)
+    return joint >= 0 and bool(box[joint, 1] - box[joint, 0] > _FULL)
 
 
 @kernel
@@ -92,5 +119,9 @@ def enclose_interval(
     """Narrow a box to where a shoulder or wrist that is free is in [start, stop]; return whether there may be any."""
     if family == PANDA:
         return panda.shoulder(geometry, rotation, position, low, high, branch, start, stop, box)
-    joint = 0 if which == 0 else 4
-    return srs.turned(geometry, rotation, position, low, high, branch, joint, start, stop, box)
+    joint = free_joint(family, which)
+    if family == SRS:
+        return srs.turned(geometry, rotation, position, low, high, branch, joint, start, stop, box)
+    if family == WRIST:
+        return wrist.turned(geometry, rotation, position, low, high, branch, joint, start, stop, box)
+    return ur.turned(geometry, rotation, position, low, high, branch, joint, start, stop, box)

@@ -496,8 +496,8 @@ def trace(
                     again |= 1 << branch
                     continue
                 strand += 1.0
-                sectors = _SECTORS if is_free(box[branch], 0) else 1
-                others = _SECTORS if is_free(box[branch], 1) else 1
+                sectors = _SECTORS if is_free(family, box[branch], 0) else 1
+                others = _SECTORS if is_free(family, box[branch], 1) else 1
                 for i in range(sectors * others):
                     part[:] = box[branch]
                     inside = sectors == 1 or enclose_sector(

@@ -492,7 +492,7 @@ def enclose(
 
 @kernel
 def side_of(angle: Range) -> int:
-    """Return the sign of the sine over a range of angles, 0 if it has both: so branches are told that are in one box."""
+    """Return the sign of the sine over a range of angles, 0 if it has both: then two branches are in one box."""
     half_turn = np.floor(angle[0] / np.pi)
     if np.floor(angle[1] / np.pi) != half_turn:
         return 0

@@ -125,9 +125,12 @@ class CurveCover:
 
 
 def _windows(arm: SpatialArm, branch: str, joint: int) -> list[tuple[float, float]]:
-    """Return the intervals that a joint may lie in, none if it is an angle modulo 2π."""
+    """Return the intervals that a joint may lie in, none if it is an angle modulo 2π.
+
+    One with two whole turns or more counts as that too: whatever motion is shorter than a turn fits somewhere.
+    """
     low, high = float(arm.limits.lower[joint]), float(arm.limits.upper[joint])
-    if not (np.isfinite(low) and np.isfinite(high)):
+    if not (np.isfinite(low) and np.isfinite(high)) or high - low >= 2 * TAU - _OVERRUN:
         return []
     found = sorted({(float(box.lower[joint]), float(box.upper[joint])) for box in arm.boxes(branch)})
     merged: list[tuple[float, float]] = []

@@ -17,6 +17,7 @@ from selfmotion.angles import wrap
 from selfmotion.arms import _curve_event_kernels as kernels
 from selfmotion.arms.cells import Cells
 from selfmotion.arms.protocols import Breakpoints, Cause, FreeJoint
+from selfmotion.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from selfmotion.arms.spatial import SpatialArm
@@ -27,6 +28,7 @@ _STILL = 1e-10  # by how much u may move where it stands still and a joint is fr
 _MOVING = 1e-3  # by how much some joint moves there [rad]
 _ONE = 1e-7  # free joints at places that differ by less are one [rad]
 _ON_BRANCH = 1e-9  # [rad]
+_PARAMETERS = ("q7", "arm angle")
 _MARKER = Cause("marker", -1, np.nan)
 
 
@@ -51,6 +53,11 @@ class CurveSelfMotion:
     causes : tuple of Cause
         Everything that can end an interval of feasible parameters.
 
+    Raises
+    ------
+    InvalidInputError
+        If u is something else.
+
     Notes
     -----
     u is an angle modulo 2π, θ7 too: a joint fits if some whole number of turns brings it between its limits. Where the
@@ -62,6 +69,9 @@ class CurveSelfMotion:
     has_structure = False
 
     def __init__(self, arm: SpatialArm) -> None:
+        if arm.closed_form.family.parameter not in _PARAMETERS:
+            what = f"has the {arm.closed_form.family.parameter} as its redundancy parameter, whose range is not told"
+            raise InvalidInputError("arm", what, "use plan, verify or compare")
         self.arm = arm
         self.n = arm.n
         self.branches = arm.branches

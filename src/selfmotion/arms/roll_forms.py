@@ -35,6 +35,7 @@ class RollFamily(NamedTuple):
     twists: tuple[float, ...]
     zero: tuple[float, ...]
     branches: tuple[str, ...]
+    parameter: str = "roll"
 
 
 ROLL_FAMILIES = (

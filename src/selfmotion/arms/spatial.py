@@ -62,22 +62,27 @@ class SpatialArm:
 
     kind = "urdf"
     dimension = 7
+    turning = 3
+    """How many directions of the tool's rotation are tasks."""
     n_u = 1
 
     def __init__(self, chain: Chain) -> None:
-        form = closed_form_of(chain)
-        if form is None:
+        self.chain, self.closed_form = chain, self._form_of(chain)
+        self.n = chain.n
+        self.limits: JointLimits = chain.limits
+        self.branches = self.closed_form.family.branches
+
+    def __repr__(self) -> str:
+        return f"SpatialArm({self.chain!r})"
+
+    def _form_of(self, chain: Chain) -> ClosedForm:
+        found = closed_form_of(chain)
+        if found is None:
             known = ", ".join(family.name for family in FAMILIES)
             raise InvalidInputError(
                 "arm", f"has {chain.n} joints that no closed form solves", f"give an arm of the families {known}"
             )
-        self.chain, self.closed_form = chain, form
-        self.n = chain.n
-        self.limits: JointLimits = chain.limits
-        self.branches = form.family.branches
-
-    def __repr__(self) -> str:
-        return f"SpatialArm({self.chain!r})"
+        return found
 
     @property
     def geometry(self) -> FloatArray:
@@ -120,7 +125,7 @@ class SpatialArm:
 
     def task(self, x: FloatArray) -> _curve_kernels.Task:
         """Return a pose (7,) as the kernels want it."""
-        return _curve_kernels.Task(np.ascontiguousarray(matrix(x[3:])), np.ascontiguousarray(x[:3]), 3)
+        return _curve_kernels.Task(np.ascontiguousarray(matrix(x[3:])), np.ascontiguousarray(x[:3]), self.turning)
 
     def root(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return a pose (7,) as the closed form wants it: rotation (3, 3, 2) and position (3, 2), both ends the same."""
@@ -256,9 +261,9 @@ class SpatialArm:
         q, _ = self.solve(x, u, branch)
         by_q = self._parameter_gradient(q)
         square = np.concatenate([self.jacobian(q), by_q[..., None, :]], axis=-2)
-        wanted = np.concatenate(np.broadcast_arrays(self.task_rate(x, dx), np.zeros((*q.shape[:-1], 6)))[:1], axis=-1)
         speed = np.broadcast_to(np.asarray(du, dtype=float), (*q.shape[:-1], 1))
-        right = np.concatenate([np.broadcast_to(wanted, (*q.shape[:-1], 6)), speed], axis=-1)
+        wanted = np.broadcast_to(self.task_rate(x, dx), (*q.shape[:-1], self.n - 1))
+        right = np.concatenate([wanted, speed], axis=-1)
         with np.errstate(all="ignore"):
             return np.asarray(np.linalg.solve(square, right[..., None])[..., 0])
 
@@ -379,7 +384,7 @@ class SpatialArm:
         more = np.asarray(slack if upper is None else upper, dtype=float)
         ends = zip(self.limits.lower - np.asarray(slack, dtype=float), self.limits.upper + more, strict=True)
         chain = self.chain
-        return SpatialArm(
+        return type(self)(
             Chain(chain.names, chain.offsets, list(ends), chain.prismatic, chain.velocity, chain.base, chain.tip)
         )
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from selfmotion.domain.angle_domain import AngleDomain, angle_domain, blocked_at, blocked_stretches, out_of_reach
 from selfmotion.domain.events import Event
-from selfmotion.domain.feasible import FeasibleArcs, feasible_arcs
+from selfmotion.domain.feasible import FeasibleArcs, Run, feasible_arcs
 from selfmotion.domain.fibre import Fibre, Interval, fibres
+from selfmotion.domain.sampled import SampledDomain
 from selfmotion.domain.structure import Cell, DomainStructure, Sheet
 from selfmotion.domain.sweep import Sweep
 
@@ -17,6 +18,8 @@ __all__ = [
     "FeasibleArcs",
     "Fibre",
     "Interval",
+    "Run",
+    "SampledDomain",
     "Sheet",
     "Sweep",
     "angle_domain",

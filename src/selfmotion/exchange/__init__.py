@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from selfmotion.exchange.files import OutputFolder, read_text
 from selfmotion.exchange.problem_file import ProblemFile, load_problem, problem_from
-from selfmotion.exchange.structure import structure_lines, structure_object
+from selfmotion.exchange.structure import sampled_lines, sampled_object, structure_lines, structure_object
 from selfmotion.exchange.trajectory import Trajectory, motion_csv, read_trajectory, trajectory_csv
 from selfmotion.exchange.waypoint_file import load_waypoints
 
@@ -18,6 +18,8 @@ __all__ = [
     "problem_from",
     "read_text",
     "read_trajectory",
+    "sampled_lines",
+    "sampled_object",
     "structure_lines",
     "structure_object",
     "trajectory_csv",

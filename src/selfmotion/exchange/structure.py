@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from selfmotion.arms import Cause, Radii
-from selfmotion.domain import DomainStructure, Event
+from selfmotion.domain import DomainStructure, Event, SampledDomain
 
 _MOST_LINES = 40
 
@@ -36,6 +36,31 @@ def structure_lines(structure: DomainStructure, radii: Radii | None, file: str) 
         *more,
         f"a continuous motion from r = 0 to r = 1 exists: {_connection(structure)}",
     ]
+
+
+def sampled_object(sampled: SampledDomain) -> dict[str, Any]:
+    """Return what was seen of a domain whose structure is not told: r, and per branch the intervals with their causes."""
+    motion = sampled.domain.self_motion
+    intervals, ends = {}, {}
+    for branch, looks in sampled.runs.items():
+        name = motion.branches[branch]
+        intervals[name] = [[[run.low, run.high] for run in runs] for runs in looks]
+        ends[name] = [[[_causes(causes) for causes in run.causes] for run in runs] for runs in looks]
+    return {"r": sampled.r.tolist(), "u": intervals, "ends": ends}
+
+
+def sampled_lines(sampled: SampledDomain) -> list[str]:
+    """Return as lines of text where each branch was seen to be feasible."""
+    lines = []
+    for branch, looks in sampled.runs.items():
+        stretches = sampled.stretches(branch)
+        where = " and ".join(f"[{a:.6g}, {b:.6g}]" for a, b in stretches)
+        most = max(map(len, looks), default=0)
+        lines.append(
+            f"{sampled.domain.self_motion.branches[branch]}: "
+            + (f"feasible for r in {where}, at most {most} interval{_s(most)}" if stretches else "nothing is feasible")
+        )
+    return lines
 
 
 def _radii(radii: Radii) -> dict[str, Any]:

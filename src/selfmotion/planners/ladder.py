@@ -13,13 +13,13 @@ import numpy as np
 
 from selfmotion._checks import integer
 from selfmotion._types import FloatArray, IntArray
-from selfmotion.angles import TAU
+from selfmotion.angles import TAU, wrap
 from selfmotion.arms import JointLimits
 from selfmotion.errors import InvalidInputError, NothingFeasibleError
 from selfmotion.mending.filling import filled
 from selfmotion.problem import Posture, Problem
 
-MOST_VALUES = 100_000
+MOST_VALUES = 10_000
 _AT_ONCE = 2_000_000  # steps between two rungs that are judged at once
 _ON_LIMIT = 1e-9  # overrun of a limit allowed [rad]
 _MOST_TURNS = 64  # postures that whole turns may make of one
@@ -40,8 +40,8 @@ class LadderMotion:
     cost_sampled : float
         The objective's chord sum, weighted.
     jumps : tuple of int
-        Steps that no continuous motion explains, by the row before them, counted from 0: halved again and again with
-        the tool on the path, they do not get shorter.
+        Steps of more than 0.06 rad that no continuous motion explains, by the row before them, counted from 0: halved
+        again and again with the tool on the path, they do not get shorter.
     postures : int
         Of all rungs together.
     seconds : float
@@ -109,12 +109,12 @@ def _rungs(problem: Problem, r: FloatArray, count: int) -> list[FloatArray]:
     """Return the postures at each of the path parameters, shape (m, n) each."""
     arm, u = problem.arm, np.linspace(-np.pi, np.pi, count, endpoint=False)
     given = {0: problem.start, len(r) - 1: problem.end}
-    solved = [arm.solve(problem.path(r)[:, None], u[:, None], branch) for branch in problem.elbow_branches]
     rungs = []
-    for k in range(len(r)):
+    for k, x in enumerate(problem.path(r)):
         posture = given.get(k)
         if posture is None:
-            q = np.concatenate([some[k][ok[k]] for some, ok in solved])
+            solved = [arm.solve(x, u[:, None], branch) for branch in problem.elbow_branches]
+            q = np.concatenate([some[ok] for some, ok in solved])
         else:
             q = _given(problem, posture, float(r[k]))
         rung = turned(arm.limits, q)
@@ -157,10 +157,12 @@ def _climbed(
 ) -> tuple[FloatArray, IntArray]:
     """Return what every posture above costs at least, and from which one below."""
     found, best = np.empty(len(above)), np.empty(len(above), np.intp)
+    free = np.flatnonzero(~problem.arm.limits.limited)
     block = max(1, _AT_ONCE // (len(below) * problem.arm.n))
     for first in range(0, len(above), block):
         part = above[first : first + block]
-        steps = problem.arm.limits.steps(below[None], part[:, None])
+        steps = part[:, None] - below[None]
+        steps[..., free] = wrap(steps[..., free])
         cost = cheapest + problem.objective.chord(steps, np.full(steps.shape[:2], dr), problem.weights)
         chosen = np.argmin(cost, axis=1)
         best[first : first + block] = chosen

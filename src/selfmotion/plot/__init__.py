@@ -14,6 +14,7 @@ from selfmotion.domain import angle_domain
 from selfmotion.paths.base import PLANE
 from selfmotion.plans import Plan
 from selfmotion.plot.connectivity import draw_sampled_joints, draw_samples
+from selfmotion.plot.curve_domain import draw_sampled_domain, sampled_domain_figure
 from selfmotion.plot.data import figure_data
 from selfmotion.plot.domain import draw_domain
 from selfmotion.plot.evolution import draw_evolution
@@ -103,6 +104,7 @@ __all__ = [
     "draw_posture_interval",
     "draw_postures",
     "draw_proof",
+    "draw_sampled_domain",
     "draw_sampled_joints",
     "draw_samples",
     "draw_spread",
@@ -117,4 +119,5 @@ __all__ = [
     "plan_figure_names",
     "plan_figures",
     "rendered",
+    "sampled_domain_figure",
 ]

@@ -106,8 +106,10 @@ def draw_parameter(axes: Axes, plan: Plan) -> None:
     axes.set_xticks([0, 0.5, 1], ["0", "0.5", "1"])
     axes.margins(y=0.08)
     form = getattr(plan.problem.arm, "closed_form", None)
-    name = "" if form is None else f" = {form.family.parameter.replace('q', 'θ')}"
-    axes.set_title(f"u{name} [rad]")
+    name = "" if form is None else form.family.parameter
+    if name.startswith("q"):  # it is a joint
+        name = f"θ{name[1:]}"
+    axes.set_title(f"u = {name} [rad]" if name else "u [rad]")
 
 
 def _name_limits(axes: Axes, shown: Mapping[float, Sequence[str]]) -> None:
