@@ -211,7 +211,7 @@ BAD = {
     "branch and elbow": ({"branch": "any", "elbow": "any"}, ["branch: is given as elbow too"]),
     "branch that is no text": ({"branch": 3}, ["branch: is not text"]),
     "direction": ({"path": {**POSES, "direction": 1.0}}, ["path.direction: is for planar arms"]),
-    "start": ({"start": {"u": [-2.5]}}, ["start.u: ", "outside its limits", "u may lie in [0.2989", "on branch q4- q5in"]),
+    "start": ({"start": {"u": [-2.5]}}, ["start.u: ", "outside its limits", "u may lie in [0.2989", "on branch q4-"]),
     "start on another branch": (
         {"start": {"q": None}, "branch": "q4- q5in q2+"},
         ["start.q: is not on branch q4- q5in q2+", "change branch or q"],

@@ -291,9 +291,13 @@ class Problem:
         if self.arm.n_u != 1:
             return "choose another redundancy vector"
         domain = angle_domain(self.arm, self.path)
-        sets = [(domain(r, branch), self.arm.branches[branch]) for branch in self.elbow_branches]
         form = "{} with a {} elbow" if _has_elbow(self.arm) else "{} on branch {}"
-        parts = [form.format(feasible, branch) for feasible, branch in sets if feasible.measure > 0]
+        parts = []
+        for branch in self.elbow_branches:
+            feasible = domain(r, branch)
+            if feasible.measure > 0:
+                ends = " and ".join(f"[{low:.6g}, {high:.6g}]" for low, high in feasible.intervals)
+                parts.append(form.format(ends, self.arm.branches[branch]))
         return f"u may lie in {' or '.join(parts)}" if parts else "no posture is feasible there"
 
     def may_start_at(self, u: FloatArray, branch: int) -> bool:

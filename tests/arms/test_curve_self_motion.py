@@ -158,7 +158,7 @@ def test_where_the_shoulder_is_straight_a_joint_is_free(seed):
         found = arcs[branch].interval_set(0)
         check_samples(arm, x, branch, found, 1e-6)
         check_samples(arm, x, branch, found, 1e-6, wrap(around))
-    mine = [int(arm.branch_of(q + [0.0, side, 0, 0, 0, 0, 0])) for side in (1e-9, -1e-9)]
+    mine = [int(arm.branch_of(q + side * np.eye(7)[1])) for side in (1e-9, -1e-9)]
     assert all(arcs[branch].interval_set(0).contains(at, 1e-9) for branch in mine)
 
 

@@ -1,4 +1,4 @@
-"""The angle domain of arms in space along a path of poses: its sets, its samples as strips, its picture, its command."""
+"""The angle domain of arms in space along a path of poses: sets, samples as strips, picture, command."""
 
 import json
 import os
@@ -19,7 +19,9 @@ CIRCLE = "0.45,{y:.12f},{z:.12f},1,0,0,0"
 def circle_path(count=41):
     t = np.linspace(0, TAU, count)
     return sm.PoseWaypoints(
-        np.column_stack([np.full(count, 0.45), 0.2 * np.cos(t), 0.4 + 0.2 * np.sin(t), np.tile([0, 1, 0, 0], (count, 1))])
+        np.column_stack(
+            [np.full(count, 0.45), 0.2 * np.cos(t), 0.4 + 0.2 * np.sin(t), np.tile([0, 1, 0, 0], (count, 1))]
+        )
     )
 
 
@@ -163,4 +165,6 @@ def test_the_command_writes_picture_and_intervals(run, tmp_path):
     for k in (0, 50, -1):
         wanted = domain(found["r"][k], 0).intervals
         np.testing.assert_allclose(found["u"]["q4- q5in q2+"][k], wanted, atol=1e-12)
-        assert all(cause["joint"] in range(1, 8) for pair in found["ends"]["q4- q5in q2+"][k] for end in pair for cause in end)
+        assert all(
+            cause["joint"] in range(1, 8) for pair in found["ends"]["q4- q5in q2+"][k] for end in pair for cause in end
+        )

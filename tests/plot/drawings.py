@@ -214,9 +214,7 @@ DRAWINGS = {
         for name in ("eventful", "parted")
         for branch in (0, 1)
     },
-    "sampled_domain": Drawing(
-        plot.draw_sampled_domain, lambda case: case.in_space, height=3.4, ink=(0.1, 0.6)
-    ),
+    "sampled_domain": Drawing(plot.draw_sampled_domain, lambda case: case.in_space, height=3.4, ink=(0.1, 0.6)),
     "optimum": Drawing(
         plot.draw_optimum, lambda case: (case.proved, {"another": case.rival}), height=3.2, ink=(0.2, 0.7)
     ),

@@ -1,8 +1,8 @@
 """Kernels that find where joints take given values on a self-motion that is known in short pieces.
 
 A piece from a to b, whose tangents are known as well, is looked at as the cubic through both. That tells how often a
-joint takes a value there; where it does so Newton's method on the chain tells, the joint standing at that value. Where a
-joint nearly turns about at the value, the place where it turns about is found first.
+joint takes a value there. Where it does so is then found by Newton's method on the chain, the joint standing at that
+value. Where a joint nearly turns about at the value, the place where it turns about is found first.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ from selfmotion.rotations import from_rotation_matrix, from_rpy, matrix, unit_qu
 if TYPE_CHECKING:
     from selfmotion.arms.spatial import SpatialArm
 
-_POSE = 6  # joints that a pose takes
+_POSE = 6  # joints that a pose takes; without its roll one of them is redundant
 _TURNS = ("quaternion", "matrix", "rpy")
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -205,16 +205,21 @@ def how_solved(name: str) -> Solved:
 
 
 def _planned(field: str, chain: Chain) -> SpatialArm:
-    """Return the arm that moves a chain: the one place that knows which chains can be planned for."""
-    if chain.n <= _POSE:
-        how_many = "as many as a pose takes" if chain.n == _POSE else "fewer than a pose takes"
+    """Return the arm that moves a chain: the one place that knows which chains can be planned for.
+
+    With six joints the tool may turn freely about its z-axis; with seven it keeps its pose.
+    """
+    if chain.n < _POSE:
         raise InvalidInputError(
-            field, f"has {chain.n} joints, {how_many}: none of them is redundant", "give an arm with seven joints"
+            field,
+            f"has {chain.n} joints, fewer than a position and a direction take besides one that is redundant",
+            "give an arm with six joints, whose tool may then roll, or with seven",
         )
-    from selfmotion.arms.spatial import SpatialArm  # compiled kernels, which planar arms do without
+    from selfmotion.arms.roll import RollArm  # compiled kernels, which planar arms do without
+    from selfmotion.arms.spatial import SpatialArm
 
     try:
-        return SpatialArm(chain)
+        return RollArm(chain) if chain.n == _POSE else SpatialArm(chain)
     except InvalidInputError as error:
         raise InvalidInputError(field, error.reason, error.remedy) from None
 

@@ -33,7 +33,7 @@ _MARKER = Cause("marker", -1, np.nan)
 
 
 class _Row(NamedTuple):
-    """Breakpoints at one pose: parameters (m,), branches (m, b), postures (m, n) and the numbers of their causes (m,)."""
+    """Breakpoints at one pose: parameters (m,), branches (m, b), postures (m, n), numbers of their causes (m,)."""
 
     u: FloatArray
     on_branch: BoolArray
@@ -114,8 +114,8 @@ class CurveSelfMotion:
         Returns
         -------
         Breakpoints
-            One column per cause for each time that it occurs, as often as it does at any of these poses, and u = −π as a
-            marker: other poses have other columns. Places that no feasible posture comes near are left out.
+            One column per cause for each time that it occurs, as often as it does at any of these poses, and u = −π as
+            a marker: other poses have other columns. Places that no feasible posture comes near are left out.
         """
         rows = self._rows(pose)
         number = len(self.causes)
@@ -168,7 +168,7 @@ class CurveSelfMotion:
             capacity = count
 
     def _free(self, cells: Cells) -> list[_Row]:
-        """Return where u stands still while a joint turns: per place one breakpoint, with a posture that fits if any."""
+        """Return where u stands still while a joint turns: one breakpoint each, with a posture that fits if any."""
         start, stop = self.arm.u_of(cells.a)[:, 0], self.arm.u_of(cells.b)[:, 0]
         moved = np.abs(cells.b - cells.a)
         standing = (np.abs(wrap(stop - start)) <= _STILL) & (moved.max(axis=1, initial=0.0) > _MOVING)
@@ -177,7 +177,7 @@ class CurveSelfMotion:
         left, rows = np.flatnonzero(standing), []
         while len(left):
             u = start[left[0]]
-            here = np.abs(wrap(start[left] - u)) <= _ONE
+            here = np.asarray(np.abs(wrap(start[left] - u)) <= _ONE)
             mine, left = left[here], left[~here]
             postures = np.concatenate([cells.a[mine], cells.b[mine]])
             best = postures[np.argmin(self.limits.excess(postures).max(axis=1))]

@@ -7,10 +7,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from selfmotion._types import FloatArray
+from selfmotion._checks import branch_index
+from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms import _curve_kernels
 from selfmotion.arms.chain import Chain
 from selfmotion.arms.closed_forms import ClosedForm
+from selfmotion.arms.limits import JointBox
 from selfmotion.arms.roll_forms import ROLL_FAMILIES, roll_form_of
 from selfmotion.arms.spatial import SpatialArm
 from selfmotion.errors import InvalidInputError
@@ -72,7 +74,7 @@ class RollArm(SpatialArm):
         return np.asarray(np.linalg.norm(offset, axis=-1) - self.reach)
 
     def jacobian(self, q: ArrayLike) -> FloatArray:
-        """Return the tool's velocity, and the turn of its axis in the frame that rolls are counted from, (..., 5, n)."""
+        """Return the tool's velocity, and the turn of its axis in the frame of rolls, (..., 5, n)."""
         whole = super().jacobian(q)
         frame = _reference(self._tool_axis(q))
         return np.concatenate(
@@ -130,10 +132,23 @@ class RollArm(SpatialArm):
         """A full turn [rad]."""
         return -np.pi, np.pi
 
-    @cached_property
-    def _halves(self) -> list[dict[str, list[tuple[float, float]]]]:
-        """Branches are told apart by signs that are no joint's alone: no box of joints holds just one."""
-        return [{} for _ in range(self.n)]
+    def is_on_branch(self, q: ArrayLike, branch: int | str, tolerance: float) -> BoolArray:
+        """Return whether postures (..., n) are on a branch, shape (...)."""
+        return np.asarray(self.branch_of(q) == branch_index(self.branches, branch))
+
+    def boxes(self, elbow: str = "any", around: ArrayLike | None = None) -> list[JointBox]:
+        """Return the joint limits.
+
+        Raises
+        ------
+        InvalidInputError
+            If one branch is asked for: signs that are no joint's alone tell them apart, so no box holds just one.
+        """
+        if elbow != "any":
+            raise InvalidInputError(
+                "branch", "cannot be asked of an arm whose tool rolls", "leave it out, or give a start posture", elbow
+            )
+        return super().boxes("any", around)
 
 
 def _axis(pose: FloatArray) -> FloatArray:
@@ -145,7 +160,7 @@ def _reference(axis: FloatArray) -> FloatArray:
     """Return the frames (..., 3, 3) with z-axes (..., 3) from which rolls are counted."""
     # The least turn from straight down to d, after the half turn about x that turns z straight down.
     scale = 1.0 / np.maximum(1.0 + axis @ _DOWN, 1e-300)
-    dx, dy, dz = np.moveaxis(axis, -1, 0)
+    dx, dy = axis[..., 0], axis[..., 1]
     xx, xy, yy = 1.0 - dx * dx * scale, -dx * dy * scale, 1.0 - dy * dy * scale
     columns = [np.stack([xx, xy, dx], -1), np.stack([-xy, -yy, -dy], -1), axis]
     return np.ascontiguousarray(np.stack(columns, axis=-1))

@@ -127,7 +127,7 @@ def _kinds(here: list[list[Run]]) -> list[list[_Causes]]:
 
 
 def _partners(before: Sequence[Run], now: Sequence[Run]) -> list[int | None]:
-    """Return for each run the one before that it goes on: with the same ends, and the most in common or the only one."""
+    """Return for each run the one before that it goes on: of the same ends, with most in common or the only one."""
     partner: list[int | None] = [None] * len(now)
     pairs = []
     for i, run in enumerate(now):
@@ -153,7 +153,5 @@ def _beside(run: Run, old: Run) -> Run:
 def _shared(old: Run, run: Run) -> tuple[float, float]:
     """Return what two runs have most in common, in the turn of the old one; low > high if nothing."""
     near = _beside(run, old)
-    found = [
-        (max(old.low, near.low + turn), min(old.high, near.high + turn)) for turn in (-TAU, 0.0, TAU)
-    ]
+    found = [(max(old.low, near.low + turn), min(old.high, near.high + turn)) for turn in (-TAU, 0.0, TAU)]
     return max(found, key=lambda ends: ends[1] - ends[0])

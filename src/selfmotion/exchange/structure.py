@@ -39,7 +39,7 @@ def structure_lines(structure: DomainStructure, radii: Radii | None, file: str) 
 
 
 def sampled_object(sampled: SampledDomain) -> dict[str, Any]:
-    """Return what was seen of a domain whose structure is not told: r, and per branch the intervals with their causes."""
+    """Return what was seen of a domain whose structure is not told: r, and per branch intervals and causes."""
     motion = sampled.domain.self_motion
     intervals, ends = {}, {}
     for branch, looks in sampled.runs.items():
