@@ -178,8 +178,7 @@ BAD = {
         ["arm.tip: is not a link of this robot (got 'panda_hnd')", "did you mean panda_hand"],
     ),
     "no file": ({"arm": {"kind": "urdf", "file": "absent.urdf"}}, ["arm.file: ", "absent.urdf: does not exist"]),
-    "too few joints": ({"arm": {**URDF, "tip": "panda_link5"}}, ["arm.file: has 5 joints", "seven joints"]),
-    "six joints": ({"arm": {"kind": "named", "name": "ur5e"}}, ["arm.name: has 6 joints", "seven joints"]),
+    "too few joints": ({"arm": {**URDF, "tip": "panda_link5"}}, ["arm.file: has 5 joints", "seven"]),
     "name": ({"arm": {"kind": "named", "name": "pnda"}}, ["arm.name: is not known", "did you mean 'panda'", "iiwa7"]),
     "tool": ({"arm": {**PANDA, "tool": {"rpi": [0, 0, 1]}}}, ["arm.tool.rpi: is not", "did you mean 'rpy'"]),
     "scaled rotation": (
@@ -264,8 +263,7 @@ def test_arms_lists_the_catalogue(run):
     assert lines[0].split()[:4] == ["name", "joints", "u", "branches"]
     assert lines[1].startswith("panda    7        q7")
     assert {line.split()[0] for line in lines[1:11]} == {*sm.arms.CATALOGUE, "planar", "urdf"}
-    assert "ur5e" in lines[-1]
-    assert "6 joints" in lines[-1]
+    assert lines[5].startswith("ur5e     6        roll")
     listed = read(run("arms", "--json")[1])
     assert [row["name"] for row in listed["arms"]] == list(sm.arms.CATALOGUE)
     panda = listed["arms"][0]

@@ -385,7 +385,7 @@ def arms(as_json: JsonOption = False) -> None:
         for row in listed
     ]  # fmt: skip
     rows.append(("planar", "3, 4, …", "last links' directions", "2", "yes", "yes", "kind planar: links and limits"))
-    rows.append(("urdf", "7", "as recognised", "8", "if recognised", "yes", "kind urdf: file, base and tip"))
+    rows.append(("urdf", "6 or 7", "as recognised", "8", "if recognised", "yes", "kind urdf: file, base and tip"))
     lines = _table(header, rows)
     for why in dict.fromkeys(row["why_not"] for row in listed if row["why_not"]):
         lines.append(f"not planned for: {', '.join(row['name'] for row in listed if row['why_not'] == why)}; it {why}")

@@ -225,8 +225,9 @@ def posture(arm, kind, rng):
     near = 10.0 ** -float(kind[-1]) * rng.choice([-1, 1]) if kind[-1].isdigit() else 0.0
     if "rim" in kind:
         many = rng.uniform(lower, upper, (400, arm.n))
-        many[:, 3] = fold(arm) + 1e-3 * np.sign(0.5 * (lower[3] + upper[3]) or rng.choice([-1, 1]))
-        many[:, 5] = np.where(rng.uniform(size=400) < 0.5, np.clip(0.0, lower[5], upper[5]), many[:, 5])
+        many[:, 3] = fold(arm) + 0.02 * np.sign(0.5 * (lower[3] + upper[3]) or rng.choice([-1, 1]))
+        if arm.closed_form.family.parameter == "q7":
+            many[:200, 5] = np.clip(0.0, lower[5], upper[5])
         q = many[np.linalg.norm(arm.forward(many)[:, :3] - arm.chain.offsets[0][:3, 3], axis=1).argmax()]
     if "limit" in kind:
         j = rng.integers(arm.n)

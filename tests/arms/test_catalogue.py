@@ -67,13 +67,19 @@ def test_a_named_arm_moves_as_its_chain_and_is_solved_on_every_branch_it_lists(n
 
 
 @pytest.mark.parametrize("name", SIX)
-def test_an_arm_without_a_redundant_joint_is_refused_with_its_number_of_joints(name):
-    with pytest.raises(sm.InvalidInputError, match=r"name: has 6 joints, as many as a pose takes") as caught:
-        sm.named_arm(name)
-    assert "seven joints" in caught.value.remedy
-    solved = how_solved(name)
-    assert (solved.joints, solved.parameter, solved.branches) == (6, None, 0)
-    assert "has 6 joints" in solved.why_not
+def test_a_named_arm_with_six_joints_lets_its_tool_roll(name):
+    arm, solved = sm.named_arm(name), how_solved(name)
+    assert (solved.joints, solved.parameter, solved.branches) == (6, "roll", len(arm.branches))
+    assert (arm.n, arm.n_u, arm.dimension) == (6, 1, 7)
+    q = postures(arm)
+    np.testing.assert_allclose(transforms(arm.forward(q)), CATALOGUE[name].chain().forward(q), atol=1e-12)
+
+
+def test_an_arm_with_fewer_joints_than_its_task_is_refused_with_their_number(tmp_path):
+    (tmp_path / "robot.urdf").write_bytes((DATA / "panda.urdf").read_bytes())
+    with pytest.raises(sm.InvalidInputError, match="file: has 5 joints, fewer than") as caught:
+        sm.urdf_arm(tmp_path / "robot.urdf", tip="panda_link5")
+    assert "seven" in caught.value.remedy
 
 
 TURN = Rotation.from_euler("xyz", [0.3, -0.5, 1.1])

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from selfmotion._compiled import kernel
-from selfmotion._types import FloatArray, IntArray
+from selfmotion._types import FloatArray
 from selfmotion.arms._chain_kernels import bend, frames, moving
 
 TAU = 2 * np.pi
@@ -426,7 +426,7 @@ def bound_bending(chain: Chain, chart: Chart, half: float) -> bool:
     bend_, spread = np.abs(chart.curvature), chart.spread
     for i in range(n):
         spread[i] = 0.0
-    for round_ in range(_ITERATIONS):
+    for _ in range(_ITERATIONS):
         for j in range(n):
             tried[j] = bend_[j] + spread[j]
         with_y, with_delta = curled(chart.local, chart.y, tried), curled(chart.local, chart.delta, tried)

@@ -12,7 +12,7 @@ from selfmotion.arms._slab_kernels import all_options, is_last
 from selfmotion.arms._trace_kernels import Windows, concerns, has_options, merged_among
 
 COLUMNS = 7
-"""Of a piece: the ends of its interval of u, the bits of its branches, and the ends of the sectors of a free shoulder and wrist."""
+"""Of a piece: ends of its interval of u, bits of its branches, ends of the sectors of a free shoulder and wrist."""
 
 _THIN = 0.3  # a box is not cut in u where that would take less than this part of its radius away
 _THINNEST = 0.2  # where its rate is not known: u against the radius wanted
@@ -46,7 +46,7 @@ def boxes_of_slab(
             mask, merged = int(now[2]), merged_among(state, int(now[2]))
             for b in range(BRANCHES):
                 kind = state[b]
-                if kind == EMPTY or kind == MERGED or not concerns(kind, b, mask, merged):
+                if kind in (EMPTY, MERGED) or not concerns(kind, b, mask, merged):
                     continue
                 mine = float(1 << b | (0 if kind == REGULAR else merged))
                 box[:] = all_boxes[b]

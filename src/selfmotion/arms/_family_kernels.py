@@ -105,7 +105,7 @@ def enclose_sector(
     family: int, geometry: FloatArray, rotation: FloatArray, position: FloatArray, low: float, high: float,
     branch: int, which: int, sector: int, sectors: int, box: FloatArray,
 ) -> bool:  # fmt: skip
-    """Narrow a box to one of the `sectors` of a shoulder or wrist that is free; return whether postures may be in it."""
+    """Narrow a box to one of the `sectors` of a shoulder or wrist that is free; return whether any may be in it."""
     width = 2 * np.pi / sectors
     start = -np.pi + sector * width
     return enclose_interval(family, geometry, rotation, position, low, high, branch, which, start, start + width, box)

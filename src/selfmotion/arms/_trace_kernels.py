@@ -25,16 +25,17 @@ from selfmotion.arms._curve_kernels import (
     enclose_curve,
     is_on_curve,
     is_only_one,
-    linearise,
     null_direction,
     prepare,
     settle,
 )
 from selfmotion.arms._family_kernels import BRANCHES, enclose_branches, enclose_sector, is_free, solve_branches
 from selfmotion.arms._roots import EMPTY, MERGED, REGULAR, SINGULAR
+from selfmotion.arms._slab_kernels import is_last
 
 _TOO_LONG = 1.3  # times the spacing
 _DEEP = 64
+MOST_TURNS = 16  # of a joint that are told apart
 _FOLDED = 0.03  # width of the box about a fold below which it is looked at in joint space [rad]
 _SINGULAR = 5e-3  # width in u of what is left of a singularity before it is
 _SECTORS = 48  # in which a free joint's turn is looked at
@@ -79,6 +80,29 @@ def has_options(windows: Windows, box: FloatArray) -> bool:
 
 
 @kernel
+def turns_of(
+    windows: Windows,
+    extent: FloatArray,
+    near: FloatArray,
+    only_near: bool,
+    shift: FloatArray,
+    chosen: IntArray,
+    many: IntArray,
+) -> bool:
+    """List each joint's whole turns with which its extent (n, 2) meets a window; return whether every joint has one."""
+    for j in range(len(extent)):
+        if windows.wraps[j]:
+            target = near[j] if only_near else 0.0
+            shift[j, 0] = TAU * np.rint((target - 0.5 * (extent[j, 0] + extent[j, 1])) / TAU)
+            continue
+        mine = windows.ends[windows.first[j] : windows.first[j + 1]]
+        many[j] = choices(extent[j, 0], extent[j, 1], mine, near[j], only_near, shift[j], chosen[j])
+        if many[j] == 0:
+            return False
+    return True
+
+
+@kernel
 def point_on(chain: Chain, task: Task, chart: Chart, s: float, shift: FloatArray, q: FloatArray, spare: Chart) -> float:
     """Fill in the posture at s on the proved curve, moved by whole turns; return its error, negative if it is lost."""
     for i in range(len(q)):
@@ -103,36 +127,22 @@ def emit_curve(
     If `boxed` only what is inside the box `inside` (n, 2) as well. Return the new count.
     """
     n = len(a)
-    shift, chosen = np.zeros((n, 16)), np.full((n, 16), -1, np.int64)
-    many, pick = np.ones(n, np.int64), np.zeros(n, np.int64)
-    width = right - left
+    width, extent = right - left, np.empty((n, 2))
     for j in range(n):
-        room = 0.125 * width * width * chart.spread[j] + error
-        about = off_chord(room, chart.curvature[j], width)
-        one, two = min(a[j], b[j]) - about, max(a[j], b[j]) + about
-        if boxed and (one > inside[j, 1] or two < inside[j, 0]):
+        about = off_chord(0.125 * width * width * chart.spread[j] + error, chart.curvature[j], width)
+        extent[j, 0], extent[j, 1] = min(a[j], b[j]) - about, max(a[j], b[j]) + about
+        if boxed and (extent[j, 0] > inside[j, 1] or extent[j, 1] < inside[j, 0]):
             return count
-        if windows.wraps[j]:
-            target = near[j] if only_near else 0.0
-            shift[j, 0] = TAU * np.rint((target - 0.5 * (a[j] + b[j])) / TAU)
-        else:
-            mine = windows.ends[windows.first[j] : windows.first[j + 1]]
-            many[j] = choices(one, two, mine, near[j], only_near, shift[j], chosen[j])
-        if many[j] == 0:
-            return count
+    shift, chosen = np.zeros((n, MOST_TURNS)), np.full((n, MOST_TURNS), -1, np.int64)
+    many, pick = np.ones(n, np.int64), np.zeros(n, np.int64)
+    if not turns_of(windows, extent, near, only_near, shift, chosen, many):
+        return count
     while True:
         count = emit_turned(
             chain, task, chart, spare, left, right, a, b, error, windows, shift, chosen, pick, inside, boxed,
             strand, low, high, found, count, origin,
         )  # fmt: skip
-        j = 0
-        while j < n:
-            pick[j] += 1
-            if pick[j] < many[j]:
-                break
-            pick[j] = 0
-            j += 1
-        if j == n:
+        if is_last(pick, many):
             return count
 
 
@@ -214,17 +224,10 @@ def emit_box(
 ) -> int:
     """Write a box (n, 2) as a cell of which nothing is known, in all turns that the windows allow."""
     n = len(box)
-    shift, chosen = np.zeros((n, 16)), np.full((n, 16), -1, np.int64)
+    shift, chosen = np.zeros((n, MOST_TURNS)), np.full((n, MOST_TURNS), -1, np.int64)
     many, pick = np.ones(n, np.int64), np.zeros(n, np.int64)
-    for j in range(n):
-        if windows.wraps[j]:
-            target = near[j] if only_near else 0.0
-            shift[j, 0] = TAU * np.rint((target - 0.5 * (box[j, 0] + box[j, 1])) / TAU)
-        else:
-            mine = windows.ends[windows.first[j] : windows.first[j + 1]]
-            many[j] = choices(box[j, 0], box[j, 1], mine, near[j], only_near, shift[j], chosen[j])
-        if many[j] == 0:
-            return count
+    if not turns_of(windows, box, near, only_near, shift, chosen, many):
+        return count
     while True:
         if count < len(found.a):
             for j in range(n):
@@ -236,14 +239,7 @@ def emit_box(
             found.pieces[count, 2], found.pieces[count, 3] = 0.0, 0.0
             found.origin[count] = origin
         count += 1
-        j = 0
-        while j < n:
-            pick[j] += 1
-            if pick[j] < many[j]:
-                break
-            pick[j] = 0
-            j += 1
-        if j == n:
+        if is_last(pick, many):
             return count
 
 
@@ -358,6 +354,31 @@ def resolve(
 
 
 @kernel
+def between(
+    chain: Chain,
+    task: Task,
+    chart: Chart,
+    a: FloatArray,
+    b: FloatArray,
+    c: FloatArray,
+    direction: FloatArray,
+    error: float,
+) -> tuple[float, float]:
+    """Prove that a, c and b are on one curve; return the s of a and b on the chart at c, (0, 0) if it cannot be."""
+    if not prepare(chain, task, c, direction, chart):
+        return 0.0, 0.0
+    left, right = 0.0, 0.0
+    for j in range(len(a)):
+        left += direction[j] * (a[j] - c[j])
+        right += direction[j] * (b[j] - c[j])
+    half = max(-left, right) * (1.0 + 1e-9)
+    proved = left < 0.0 < right and enclose_curve(chain, chart, half)
+    if proved and is_on_curve(chart, a, half, error) and is_on_curve(chart, b, half, error):
+        return left, right
+    return 0.0, 0.0
+
+
+@kernel
 def follow(
     family: int, geometry: FloatArray, root: FloatArray, origin: FloatArray, low: float, high: float, branch: int,
     chain: Chain, task: Task, chart: Chart, spare: Chart, windows: Windows, spacing: float, narrowest: float,
@@ -399,23 +420,18 @@ def follow(
         if size > 0.0:
             off = settle(chain, task, c, direction, _CLOSE, spare)
         error = max(errors[depth, 0], errors[depth, 1])
-        known = min(min(errors[depth, 0], errors[depth, 1]), off) >= 0.0
+        known = min(errors[depth, 0], errors[depth, 1], off) >= 0.0
         divided = 2.0 * longest > _TOO_LONG * spacing
         if not divided:
             divided = True
-            if known and prepare(chain, task, c, direction, chart):
-                left, right = 0.0, 0.0
-                for j in range(n):
-                    left += direction[j] * (a[j] - c[j])
-                    right += direction[j] * (b[j] - c[j])
-                half = max(-left, right) * (1.0 + 1e-9)
-                if left < 0.0 < right and enclose_curve(chain, chart, half):
-                    if is_on_curve(chart, a, half, error) and is_on_curve(chart, b, half, error):
-                        count = emit_curve(
-                            chain, task, chart, spare, left, right, a, b, error, windows, nothing, False, none, False,
-                            strand, start, stop, found, count, 0,
-                        )  # fmt: skip
-                        divided = False
+            if known:
+                left, right = between(chain, task, chart, a, b, c, direction, error)
+                if left < right:
+                    count = emit_curve(
+                        chain, task, chart, spare, left, right, a, b, error, windows, nothing, False, none, False,
+                        strand, start, stop, found, count, 0,
+                    )  # fmt: skip
+                    divided = False
         if not divided:
             continue
         if stop - start > narrowest and depth + 2 <= _DEEP:
@@ -477,7 +493,7 @@ def trace(
             again, merged = 0, merged_among(state, mask)
             for branch in range(BRANCHES):
                 kind = state[branch]
-                if kind == EMPTY or kind == MERGED or not concerns(kind, branch, mask, merged):
+                if kind in (EMPTY, MERGED) or not concerns(kind, branch, mask, merged):
                     continue
                 if not has_options(windows, box[branch]):
                     continue
@@ -579,24 +595,16 @@ def divide(
                 )  # fmt: skip
                 if abs(c[j] - on_parabola) > abs(cells.b[k, j] - cells.a[k, j]) + 2.0 * cells.dev[k, j] + _CLOSE:
                     off = -1.0
-            known = min(min(errors[depth, 0], errors[depth, 1]), off) >= 0.0
-            done = False
-            if known and longest <= _TOO_LONG * spacing[k] and prepare(chain, task, c, direction, chart):
-                left, right = 0.0, 0.0
-                for j in range(n):
-                    left += direction[j] * (a[j] - c[j])
-                    right += direction[j] * (b[j] - c[j])
+            known = min(errors[depth, 0], errors[depth, 1], off) >= 0.0
+            if known and longest <= _TOO_LONG * spacing[k]:
                 error = max(errors[depth, 0], errors[depth, 1])
-                half = max(-left, right) * (1.0 + 1e-9)
-                if left < 0.0 < right and enclose_curve(chain, chart, half):
-                    if is_on_curve(chart, a, half, error) and is_on_curve(chart, b, half, error):
-                        count = emit_curve(
-                            chain, task, chart, spare, left, right, a, b, error, windows, c, True, box, False,
-                            cells.pieces[k, 0], low + (high - low) * start, low + (high - low) * stop, found, count, k,
-                        )  # fmt: skip
-                        done = True
-            if done:
-                continue
+                left, right = between(chain, task, chart, a, b, c, direction, error)
+                if left < right:
+                    count = emit_curve(
+                        chain, task, chart, spare, left, right, a, b, error, windows, c, True, box, False,
+                        cells.pieces[k, 0], low + (high - low) * start, low + (high - low) * stop, found, count, k,
+                    )  # fmt: skip
+                    continue
             if known and depth + 2 <= _DEEP and width > 1e-6:
                 ends[depth, 0], ends[depth, 1], ends[depth + 1, 0], ends[depth + 1, 1] = middle, stop, start, middle
                 nodes[depth, 0], nodes[depth, 1], nodes[depth + 1, 0], nodes[depth + 1, 1] = c, b, a, c

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import product
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +11,7 @@ from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms import _trace_kernels as kernels
 from selfmotion.arms.cells import Cells
+from selfmotion.arms.windows import turned_postures
 
 if TYPE_CHECKING:
     from selfmotion.arms.spatial import SpatialArm
@@ -75,29 +76,24 @@ class CurveCover:
 
     def points(self, q: FloatArray, turned: bool) -> Cells:
         """Return cells that are postures q (m, n) alone; if `turned`, in every turn that the limits allow."""
-        found = [tuple(turn) for posture in q for turn in self._turns(posture)] if turned else [tuple(p) for p in q]
+        found = [tuple(posture) for posture in q]
+        if turned:
+            moved = [turned_postures(p + self._shift, self.wraps, self.windows.ends, self.windows.first) for p in q]
+            found = [tuple(np.array(turn) - self._shift) for turns in moved for turn in turns]
         a = np.array(found, float).reshape(-1, self.n)
         pieces = np.column_stack([-np.ones(len(a)), np.ones(len(a)), np.zeros((len(a), 2))])
         return Cells(a, a.copy(), np.full(a.shape, _OVERRUN), pieces, np.zeros(len(a), np.int64))
 
-    def _turns(self, posture: FloatArray) -> list[tuple[float, ...]]:
-        options = []
-        for j in range(self.n):
-            mine = self.windows.ends[self.windows.first[j] : self.windows.first[j + 1]] - self._shift[j]
-            turns = [0.0] if self.wraps[j] else [
-                k for low, high in mine
-                for k in range(int(np.ceil((low - posture[j]) / TAU)), int(np.floor((high - posture[j]) / TAU)) + 1)
-            ]  # fmt: skip
-            options.append([posture[j] + TAU * k for k in turns])
-        return list(product(*options))
-
-    def _filled(self, fill: object, capacity: int) -> kernels.Found:
+    def _filled(self, fill: Callable[[kernels.Found], int], capacity: int) -> kernels.Found:
         while True:
-            rows = [np.empty((capacity, self.n)) for _ in range(5)]
-            found = kernels.Found(*rows, np.empty((capacity, 4)), np.empty(capacity, np.int64))
-            count = fill(found)  # type: ignore[operator]
+            a, b, bow, dev, rest = (np.empty((capacity, self.n)) for _ in range(5))
+            found = kernels.Found(a, b, bow, dev, rest, np.empty((capacity, 4)), np.empty(capacity, np.int64))
+            count = fill(found)
             if count <= capacity:
-                return kernels.Found(*(part[:count] for part in found))
+                return kernels.Found(
+                    a[:count], b[:count], bow[:count], dev[:count], rest[:count], found.pieces[:count],
+                    found.origin[:count],
+                )  # fmt: skip
             capacity = count
 
     def _in_order(self, found: kernels.Found) -> Cells:

@@ -8,7 +8,7 @@ excludes it; so every feasible posture is in a cell of the chart in which it mov
 
 from __future__ import annotations
 
-from itertools import pairwise, product
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +17,7 @@ from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms._cover_kernels import cover
 from selfmotion.arms.cells import Cells
+from selfmotion.arms.windows import turned_postures
 
 if TYPE_CHECKING:
     from selfmotion.arms.planar import PlanarArm
@@ -58,17 +59,9 @@ class PlanarCover:
 
     def points(self, q: FloatArray, turned: bool) -> Cells:
         """Return cells that are postures q (m, n) alone; if `turned`, in every turn that the limits allow."""
-        found = [] if turned else [tuple(posture) for posture in q]
-        for posture in q if turned else []:
-            options = []
-            for j in range(self.n):
-                mine = self.windows[self.first[j] : self.first[j + 1]]
-                turns = [0.0] if self.wraps[j] else [
-                    k for low, high in mine
-                    for k in range(int(np.ceil((low - posture[j]) / TAU)), int(np.floor((high - posture[j]) / TAU)) + 1)
-                ]  # fmt: skip
-                options.append([posture[j] + TAU * k for k in turns])
-            found += list(product(*options))
+        found = [tuple(posture) for posture in q]
+        if turned:
+            found = [turn for p in q for turn in turned_postures(p, self.wraps, self.windows, self.first)]
         a = np.array(found, float).reshape(-1, self.n)
         pieces = np.full((len(a), 4), -1.0)
         return Cells(a, a.copy(), np.full(a.shape, _OVERRUN), pieces, np.zeros(len(a), np.int64))

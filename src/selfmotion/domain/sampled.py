@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from selfmotion._types import FloatArray
-from selfmotion.angles import TAU
+from selfmotion.angles import TAU, wrap
 from selfmotion.arms import Cause
 from selfmotion.domain.angle_domain import AngleDomain
 from selfmotion.domain.feasible import Run
@@ -19,7 +19,8 @@ from selfmotion.domain.strips import Strip
 LOOKS = 120
 _MOST_BREAKS = 50
 _PART = 8  # looks that a thread takes at once
-_ROUNDS = 4  # in which a change is closed in upon, by half each
+_ROUNDS = 6  # in which a change is closed in upon, by half each
+_MOVED = 0.15  # by what an end may move from look to look [rad]
 
 _Causes = tuple[tuple[Cause, ...], tuple[Cause, ...]]
 
@@ -49,7 +50,7 @@ class SampledDomain:
         r = np.unique(np.concatenate([np.linspace(0.0, 1.0, looks), breaks if len(breaks) <= _MOST_BREAKS else []]))
         found = self._look(r)
         for _ in range(_ROUNDS):
-            changed = [_kinds(a) != _kinds(b) for a, b in pairwise(found)]
+            changed = [_kinds(a) != _kinds(b) or _moved(a, b) > _MOVED for a, b in pairwise(found)]
             place = np.flatnonzero(changed) + 1
             between = 0.5 * (r[place - 1] + r[place])
             for at, new in zip(place[::-1], self._look(between)[::-1], strict=True):
@@ -123,7 +124,22 @@ _UNKNOWN: _Causes = ((), ())
 
 def _kinds(here: list[list[Run]]) -> list[list[_Causes]]:
     """Return what the intervals of every branch are ended by, in an order that does not depend on where u begins."""
-    return [sorted((run.causes for run in runs), key=repr) for runs in here]
+    return [[run.causes for run in _by_ends(runs)] for runs in here]
+
+
+def _by_ends(runs: list[Run]) -> list[Run]:
+    """Return runs in an order that does not depend on where u begins, but for those with the same ends."""
+    return sorted(runs, key=lambda run: repr(run.causes))
+
+
+def _moved(before: list[list[Run]], now: list[list[Run]]) -> float:
+    """Return how far the ends of the same intervals have moved, at most."""
+    pairs = [
+        (a, b) for one, two in zip(before, now, strict=True) for a, b in zip(_by_ends(one), _by_ends(two), strict=True)
+    ]
+    full = [a.high - a.low >= TAU for a, _ in pairs]
+    ends = [(b.low - a.low, b.high - a.high) for (a, b), skip in zip(pairs, full, strict=True) if not skip]
+    return float(np.abs(wrap(np.array(ends))).max(initial=0.0))
 
 
 def _partners(before: Sequence[Run], now: Sequence[Run]) -> list[int | None]:

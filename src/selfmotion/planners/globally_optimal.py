@@ -34,6 +34,7 @@ _STEEP = 1e5  # |dq/du| beyond which a start given by u leaves joints open
 _NEAR = 1e-2  # length of cells then [rad]
 _FOR_A_REASON = 0.5  # part of the time left that goes into a proof that there is no motion, where it looks like that
 _POLISHED = 0.1  # of the gap asked for, what the motion may cost for want of knots
+_POLISHED_FOR_LARGE = 1e-3  # the same of gaps above 1e-2, but no less than 1e-5
 _BACK = 0.05  # how near postures are that lead back to a motion [rad]
 _TIED = 1.0  # widest start of a cyclic motion in the first round; half as wide in every further one [rad]
 
@@ -93,7 +94,8 @@ class _Search:
         self.planner, self.problem, self.progress = planner, problem, progress
         self.began = time.perf_counter()
         self.deadline = self.began + planner.time_limit
-        self.optima = Optima(problem, min(1e-5, _POLISHED * planner.gap), self.deadline)
+        tolerance = min(max(_POLISHED_FOR_LARGE * planner.gap, 1e-5), _POLISHED * planner.gap)
+        self.optima = Optima(problem, tolerance, self.deadline)
         self.best: Optimum | None = None
         self.threshold = np.inf  # motions that cost more need not be in the tube
         self.bound = 0.0

@@ -59,9 +59,12 @@ def draw_sampled_domain(
     curves: dict[Cause, list[tuple[FloatArray, FloatArray]]] = {}
     for causes, r, u in shown.boundary([strip for strip in strips if any(strip.causes)]):
         curves.setdefault(min(causes, key=_order), []).append((r, u))
+    seen: set[str] = set()
     for cause in sorted(curves, key=_order):
-        for number, (r, u) in enumerate(curves[cause]):
-            axes.plot(r, u, label=None if number else name_of(cause), **_look(cause))
+        name = name_of(cause)
+        for r, u in curves[cause]:
+            axes.plot(r, u, label=None if name in seen else name, **_look(cause))
+            seen.add(name)
     if motion is not None:
         _draw_motion(axes, shown, *motion)
     axes.set_xlim(0.0, 1.0)
