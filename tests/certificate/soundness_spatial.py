@@ -66,7 +66,7 @@ def corrected(arm, q, x, pull=None):
 
 def inside(arm, q):
     """Whether postures are within limits."""
-    return bool((arm.limits.excess(np.atleast_2d(q)) <= 0).all())
+    return bool(((q >= arm.limits.lower) & (q <= arm.limits.upper)).all())
 
 
 def followed(arm, path, q, steps=SLABS):
@@ -144,7 +144,7 @@ def rung(arm, x, parameters):
         q = q[ok]
         turns = np.ceil((arm.limits.lower - q) / (2 * np.pi) - 1e-12)
         q = q + 2 * np.pi * turns
-        found.append(q[(arm.limits.excess(q) <= 0).all(axis=1)])
+        found.append(q[((q >= arm.limits.lower) & (q <= arm.limits.upper)).all(axis=1)])
     return np.concatenate(found)
 
 

@@ -8,7 +8,7 @@ import pytest
 import selfmotion as sm
 from selfmotion.arms import JointLimits
 from selfmotion.planners import compare_ladder, compare_plan, compare_rows, ladder
-from selfmotion.planners.ladder import turned
+from selfmotion.planners.ladder import turned, wide
 
 TAU = 2 * np.pi
 POINTS = [[50, -10], [60, 0], [58, 20], [40, 35]]
@@ -78,20 +78,26 @@ def test_where_no_motion_exists_it_jumps_and_says_where():
     assert int(np.argmax(steps)) in found.jumps
 
 
-def test_a_limited_joint_gets_every_turn_inside_its_limits_and_no_other():
-    limits = JointLimits([(-7, 7), (0, 1), None, (2, None), (None, -8)], 5)
-    q = np.random.default_rng(3).uniform(-np.pi, np.pi, (40, 5))
-    q[:20, 1] = np.linspace(0, 1, 20)
+def test_postures_get_the_one_turn_that_puts_them_inside_and_are_dropped_without():
+    limits = JointLimits([(-7, 7), (6, 7), None, (2, None), (-9, -8)], 5)
+    np.testing.assert_array_equal(wide(limits), [True, False, True, True, False])
+    q = np.random.default_rng(3).uniform(-np.pi, np.pi, (2000, 5))
     found = turned(limits, q)
-    assert limits.margin(found).min() >= -1e-9
-    away = (found[:, None] - q[None]) / TAU
-    whole = (np.abs(away - np.rint(away)) < 1e-9).all(axis=2)
-    assert (whole.sum(axis=1) == 1).all()
-    inside = (q[:, 1] >= 0) & (q[:, 1] <= 1)
-    two_sided = sum(np.abs(q[:, 0] + k * TAU) <= 7 for k in range(-3, 4))
-    np.testing.assert_array_equal(whole.sum(axis=0), np.where(inside, two_sided, 0))
-    assert found[:, 3].max() < 2 + TAU
-    assert found[:, 4].min() > -8 - TAU
+    assert limits.margin(found)[:, [1, 4]].min() >= -1e-9
+    angles = np.arange(-3, 4)[:, None, None] * TAU + q[:, [1, 4]]
+    inside = ((angles >= [6, -9]) & (angles <= [7, -8])).any(axis=0).all(axis=1)
+    assert 0 < inside.sum() < 2000
+    np.testing.assert_allclose(np.exp(1j * found), np.exp(1j * q[inside]), atol=1e-12)
+    np.testing.assert_array_equal(found[:, [0, 2, 3]], q[inside][:, [0, 2, 3]])
+
+
+def test_joints_that_can_turn_all_the_way_are_moved_into_their_limits_as_a_whole():
+    arm = sm.PlanarArm([30, 30, 20], [(1.0, 9.0), (-2.5, 2.5), (-4.0, 4.0)])
+    problem = sm.Problem(arm, sm.Waypoints(POINTS), objective="l2")
+    found = ladder(problem, 60)
+    assert arm.margins(found.q).min() >= -1e-9
+    free = sm.Problem(sm.PlanarArm([30, 30, 20], [None, (-2.5, 2.5), None]), sm.Waypoints(POINTS), objective="l2")
+    assert found.cost_sampled == pytest.approx(ladder(free, 60).cost_sampled, rel=1e-12)
 
 
 def test_what_a_ladder_cannot_do_is_refused(seed_problem):

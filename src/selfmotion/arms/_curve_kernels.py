@@ -300,6 +300,8 @@ def around(chain: Chain, chart: Chart, half: float, z: FloatArray) -> float:
         chart.delta[i] = half * abs(chart.tangent[i]) + chart.y[i]
         beyond += chart.delta[i]
         chart.local[i] = min(chain.levers[i], (chart.levers[i] + PAD) + chain.levers[i] * beyond)
+        if k > 0:  # never less than a later one: third derivatives are bounded through second ones
+            chart.local[i] = max(chart.local[i], chart.local[i + 1])
     return beyond
 
 

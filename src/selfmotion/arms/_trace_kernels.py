@@ -40,7 +40,7 @@ _FOLDED = 0.03  # width of the box about a fold below which it is looked at in j
 _SINGULAR = 5e-3  # width in u of what is left of a singularity before it is
 _SECTORS = 48  # in which a free joint's turn is looked at
 _BOXES = 600  # that a box may be cut into before what is left is taken as it is
-_CLOSE = 1e-3  # how far off a closed form may be near its folds [rad]
+_CLOSE = 1e-7  # how far off a closed form may be near its folds [rad]
 _FAR = 1.0  # how far Newton's method may go [rad]
 
 
@@ -62,6 +62,12 @@ class Found(NamedTuple):
     rest: FloatArray
     pieces: FloatArray
     origin: IntArray
+
+
+@kernel
+def plain(number: int) -> int:
+    """Return a number that the compiler takes for one of many: what literals are handed to is compiled anew."""
+    return number
 
 
 @kernel
@@ -154,7 +160,7 @@ def emit_turned(
 ) -> int:  # fmt: skip
     """Write one cell, trimmed to its windows; none if nothing of it is inside."""
     n = len(a)
-    one, two, turn = np.empty(n), np.empty(n), np.empty(n)
+    one, two, turn, node = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     for j in range(n):
         turn[j] = shift[j, pick[j]]
         one[j], two[j] = a[j] + turn[j], b[j] + turn[j]
@@ -186,21 +192,15 @@ def emit_turned(
             break
         was_start, was_stop = start, stop
         if first > 0.0:
-            start += width * first
-            off = point_on(chain, task, chart, start, turn, one, spare)
-            if off < 0.0:
-                start = was_start
-                for j in range(n):
-                    one[j] = a[j] + turn[j]
-            error = max(error, off)
+            off = point_on(chain, task, chart, start + width * first, turn, node, spare)
+            if off >= 0.0:
+                start, error = start + width * first, max(error, off)
+                one[:] = node
         if last < 1.0:
-            stop = was_start + width * last
-            off = point_on(chain, task, chart, stop, turn, two, spare)
-            if off < 0.0:
-                stop = was_stop
-                for j in range(n):
-                    two[j] = b[j] + turn[j]
-            error = max(error, off)
+            off = point_on(chain, task, chart, was_start + width * last, turn, node, spare)
+            if off >= 0.0:
+                stop, error = was_start + width * last, max(error, off)
+                two[:] = node
         if stop - start > 0.95 * (was_stop - was_start):
             break
     if count < len(found.a):
@@ -332,8 +332,9 @@ def resolve(
                 half = holds_box(chain, chart, middle, radius)
             if half >= 0.0:
                 off = point_on(chain, task, chart, -half, none, a, spare)
-                error = max(off, point_on(chain, task, chart, half, none, b, spare))
-                if off >= 0.0 and error >= off:
+                error = point_on(chain, task, chart, half, none, b, spare)
+                if min(off, error) >= 0.0:
+                    error = max(off, error)
                     count = emit_curve(
                         chain, task, chart, spare, -half, half, a, b, error, windows, near, only_near, now, True,
                         strand + looked_at * 1e-6, 0.0, 1.0, found, count, origin,
@@ -391,6 +392,7 @@ def follow(
     a, b, c, direction = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     nothing, none = np.zeros(n), np.empty((n, 2))
     box, rate, state = np.empty((BRANCHES, n, 2)), np.empty((BRANCHES, n, 2)), np.empty(BRANCHES, np.int64)
+    whole = plain(0)
     for end in range(2):
         solve_branches(family, geometry, root[:, :, 0], origin[:, 0], low if end == 0 else high, all_q, ok)
         nodes[0, end] = all_q[branch]
@@ -429,7 +431,7 @@ def follow(
                 if left < right:
                     count = emit_curve(
                         chain, task, chart, spare, left, right, a, b, error, windows, nothing, False, none, False,
-                        strand, start, stop, found, count, 0,
+                        strand, start, stop, found, count, whole,
                     )  # fmt: skip
                     divided = False
         if not divided:
@@ -443,9 +445,13 @@ def follow(
             depth += 2
             continue
         enclose_branches(family, geometry, root, origin, start, stop, box, rate, state)
-        count = resolve(
-            chain, task, chart, spare, box[branch], windows, nothing, False, narrowest, strand + 0.5, found, count, 0
-        )
+        for home in range(BRANCHES):
+            mine = home == branch or (state[branch] == MERGED and state[home] != REGULAR)
+            if mine and state[home] != EMPTY and state[home] != MERGED:
+                count = resolve(
+                    chain, task, chart, spare, box[home], windows, nothing, False, narrowest, strand + 0.5, found,
+                    count, whole,
+                )  # fmt: skip
     return count
 
 
@@ -479,7 +485,7 @@ def trace(
     begin with.
     """
     n = len(chain.levers)
-    chart, spare, count = chart_for(n), chart_for(n), 0
+    chart, spare, count, first, second = chart_for(n), chart_for(n), plain(0), plain(0), plain(1)
     box, rate, state = np.empty((BRANCHES, n, 2)), np.empty((BRANCHES, n, 2)), np.empty(BRANCHES, np.int64)
     ends, masks = np.empty((_DEEP, 2)), np.empty(_DEEP, np.int64)
     nothing, part, strand = np.zeros(n), np.empty((n, 2)), 0.0
@@ -512,24 +518,24 @@ def trace(
                     again |= 1 << branch
                     continue
                 strand += 1.0
-                sectors = _SECTORS if is_free(family, box[branch], 0) else 1
-                others = _SECTORS if is_free(family, box[branch], 1) else 1
+                sectors = _SECTORS if is_free(family, box[branch], first) else 1
+                others = _SECTORS if is_free(family, box[branch], second) else 1
                 for i in range(sectors * others):
                     part[:] = box[branch]
                     inside = sectors == 1 or enclose_sector(
-                        family, geometry, root, origin, low, high, branch, 0, i % sectors, sectors, part
+                        family, geometry, root, origin, low, high, branch, first, i % sectors, sectors, part
                     )
                     inside = inside and (
                         others == 1
                         or enclose_sector(
-                            family, geometry, root, origin, low, high, branch, 1, i // sectors, others, part
+                            family, geometry, root, origin, low, high, branch, second, i // sectors, others, part
                         )
                     )
                     if inside:
                         strand += 1.0
                         count = resolve(
                             chain, task, chart, spare, part, windows, nothing, False, narrowest, strand, found, count,
-                            0,
+                            first,
                         )  # fmt: skip
             if again:
                 middle = 0.5 * (low + high)
@@ -545,7 +551,7 @@ def divide(
 ) -> int:
     """Cover cells by shorter ones of the same curves; return how many there are."""
     p, n = cells.a.shape
-    chart, spare, count = chart_for(n), chart_for(n), 0
+    chart, spare, count = chart_for(n), chart_for(n), plain(0)
     ends, nodes, errors = np.empty((_DEEP, 2)), np.empty((_DEEP, 2, n)), np.empty((_DEEP, 2))
     a, b, c, direction, box = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty((n, 2))
     for k in range(p):
@@ -570,6 +576,12 @@ def divide(
                 for j in range(n):  # the node stays, so that neighbours share it; how far it is off is known now
                     if errors[0, end] >= 0.0:
                         errors[0, end] += abs(c[j] - nodes[0, end, j])
+        steps, bent, apart = 0.0, 0.0, 0.0
+        for j in range(n):
+            apart = max(apart, cells.rest[k, j])
+            if abs(cells.b[k, j] - cells.a[k, j]) > steps:
+                steps, bent = abs(cells.b[k, j] - cells.a[k, j]), abs(cells.bow[k, j])
+        apart = 4.0 * apart + 1e-9
         depth = 1
         while depth > 0:
             depth -= 1
@@ -593,7 +605,7 @@ def divide(
                     (1.0 - middle) * cells.a[k, j] + middle * cells.b[k, j]
                     + 0.5 * middle * (1.0 - middle) * cells.bow[k, j]
                 )  # fmt: skip
-                if abs(c[j] - on_parabola) > abs(cells.b[k, j] - cells.a[k, j]) + 2.0 * cells.dev[k, j] + _CLOSE:
+                if abs(c[j] - on_parabola) > apart:
                     off = -1.0
             known = min(errors[depth, 0], errors[depth, 1], off) >= 0.0
             if known and longest <= _TOO_LONG * spacing[k]:
@@ -612,7 +624,10 @@ def divide(
                 errors[depth, 0] = off
                 depth += 2
                 continue
-            # What was proved of the whole cell holds of this part.
+            # What was proved of the whole cell holds of this part, and of as much more as nodes may be elsewhere in it.
+            spare_s = 1.0 if bent > 0.5 * steps else min(4.0 * apart / max(steps, 1e-300), 1.0)
+            start, stop = max(start - spare_s, 0.0), min(stop + spare_s, 1.0)
+            width = stop - start
             if count < len(found.a):
                 for j in range(n):
                     one, two = cells.a[k, j], cells.b[k, j]

@@ -51,10 +51,11 @@ class CurveCover:
         """Return cells that hold every feasible posture at x."""
         arm = self.arm
         root, origin = arm.root(x)
+        geometry = arm.geometry_at(origin[:, 0])
 
         def trace(found: kernels.Found) -> int:
             return kernels.trace(
-                arm.closed_form.family.number, arm.geometry, root, origin, self._edges, arm.kernel, arm.task(x),
+                arm.closed_form.family.number, geometry, root, origin, self._edges, arm.kernel, arm.task(x),
                 self.windows, spacing, _NARROWEST, found,
             )  # fmt: skip
 

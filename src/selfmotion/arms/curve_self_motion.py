@@ -181,7 +181,7 @@ class CurveSelfMotion:
             mine, left = left[here], left[~here]
             postures = np.concatenate([cells.a[mine], cells.b[mine]])
             best = postures[int(np.argmin(self.limits.excess(postures).max(axis=1)))]
-            on = self._branches_of(postures).any(axis=0)
+            on = np.asarray(self._branches_of(postures).any(axis=0))
             number = len(self.causes) - 1 - self.n + int(np.argmax(moved[mine].max(axis=0).round(6)))
             rows.append(_Row(np.array([u]), on[None], best[None], np.array([number])))
         return rows

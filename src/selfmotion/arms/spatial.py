@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 _TASKS = 6
 
+_UPRIGHT = 0.3  # sine of the angle of a wrist from above its shoulder
+
 
 class SpatialArm:
     """An arm with seven revolute joints whose tool keeps a pose, six tasks, and has one redundant degree.
@@ -56,8 +58,8 @@ class SpatialArm:
 
     Notes
     -----
-    A task point is a pose: a row ``x, y, z`` [m] and the unit quaternion ``w, x, y, z`` of the tool frame in the chain's
-    base frame. Formulas: docs/mathematics.
+    A task point is a pose: a row ``x, y, z`` [m] and the unit quaternion ``w, x, y, z`` of the tool frame in the
+    chain's base frame. Formulas: docs/mathematics.
     """
 
     kind = "urdf"
@@ -88,6 +90,16 @@ class SpatialArm:
     def geometry(self) -> FloatArray:
         """The lengths that the closed form's kernels want."""
         return self.closed_form.geometry
+
+    def geometry_at(self, origin: FloatArray) -> FloatArray:
+        """Return the geometry for a cover at one pose, whose closed form's last frame is at `origin` (3,).
+
+        Where a wrist is above or below its shoulder arm angles are not counted from the vertical, which is as good there.
+        """
+        if self.closed_form.family.number != _family_kernels.SRS:
+            return self.geometry
+        across, length = np.hypot(origin[0], origin[1]), np.linalg.norm(origin)
+        return self.geometry if across > _UPRIGHT * length else np.array([*self.geometry[:3], 1.0, 0.0, 0.0])
 
     @cached_property
     def kernel(self) -> _curve_kernels.Chain:
@@ -128,7 +140,7 @@ class SpatialArm:
         return _curve_kernels.Task(np.ascontiguousarray(matrix(x[3:])), np.ascontiguousarray(x[:3]), self.turning)
 
     def root(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return a pose (7,) as the closed form wants it: rotation (3, 3, 2) and position (3, 2), both ends the same."""
+        """Return a pose (7,) as the closed form wants it: rotation (3, 3, 2) and position (3, 2), low and high ends."""
         rotation, position = self._root(x)
         return np.repeat(rotation[..., None], 2, -1), np.repeat(position[..., None], 2, -1)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from selfmotion._checks import integer
-from selfmotion._types import FloatArray, IntArray
+from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.angles import TAU, wrap
 from selfmotion.arms import JointLimits
 from selfmotion.errors import InvalidInputError, NothingFeasibleError
@@ -22,7 +22,6 @@ from selfmotion.problem import Posture, Problem
 MOST_VALUES = 10_000
 _AT_ONCE = 2_000_000  # steps between two rungs that are judged at once
 _ON_LIMIT = 1e-9  # overrun of a limit allowed [rad]
-_MOST_TURNS = 64  # postures that whole turns may make of one
 
 
 @dataclass(frozen=True)
@@ -80,8 +79,8 @@ def ladder(problem: Problem, values: int) -> LadderMotion:
 
     Notes
     -----
-    ``V_{i+1}(q') = min_q V_i(q) + c(q' − q, r_{i+1} − r_i)`` over all pairs, c being the objective's chord. Limited
-    joints get every whole turn inside their limits.
+    ``V_{i+1}(q') = min_q V_i(q) + c(q' − q, r_{i+1} − r_i)`` over all pairs, c being the objective's chord. Joints that
+    can turn all the way round are free in it, and moved into their limits as a whole afterwards, if that can be.
     """
     began = time.perf_counter()
     if problem.arm.n_u != 1:
@@ -99,7 +98,9 @@ def ladder(problem: Problem, values: int) -> LadderMotion:
     for best in reversed(before):
         way.append(int(best[way[-1]]))
     limits = problem.arm.limits
-    q = limits.continuous(np.array([rung[k] for rung, k in zip(rungs, reversed(way), strict=True)]))
+    q = np.array([rung[k] for rung, k in zip(rungs, reversed(way), strict=True)])
+    first = None if problem.start is None else problem.start.q
+    q = np.where(wide(limits), limits.lift(q[None], first).q[0], q)
     cost = float(problem.objective.sampled(q, r, problem.weights))
     seconds = time.perf_counter() - began
     return LadderMotion(r, q, count, cost, tuple(filled(problem, r, q).broken), sum(map(len, rungs)), seconds)
@@ -134,21 +135,17 @@ def _given(problem: Problem, posture: Posture, r: float) -> FloatArray:
     return np.array([q for q, ok in solved if ok]).reshape(-1, problem.arm.n)
 
 
-def turned(limits: JointLimits, q: FloatArray) -> FloatArray:
-    """Return postures (m, n) with all whole turns that put limited joints inside their limits, shape (k, n).
+def wide(limits: JointLimits) -> BoolArray:
+    """Return which joints can take every angle modulo 2π, shape (n,): free ones, and those with limits so far apart."""
+    return limits.upper - limits.lower >= TAU
 
-    A joint with a limit on one side only gets its first turn inside.
-    """
-    for j in np.flatnonzero(limits.limited):
-        with np.errstate(invalid="ignore"):
-            least = np.ceil((limits.lower[j] - _ON_LIMIT - q[:, j]) / TAU)
-            most = np.floor((limits.upper[j] + _ON_LIMIT - q[:, j]) / TAU)
-        least, most = np.where(np.isfinite(least), least, most), np.where(np.isfinite(most), most, least)
-        counts = np.clip(most - least + 1, 0, _MOST_TURNS).astype(int)
-        rows = np.repeat(np.arange(len(q)), counts)
-        further = np.arange(len(rows)) - np.repeat(np.cumsum(counts) - counts, counts)
-        q = q[rows]
-        q[:, j] += TAU * (least[rows] + further)
+
+def turned(limits: JointLimits, q: FloatArray) -> FloatArray:
+    """Return those of the postures (m, n) that whole turns put inside the limits of joints not wide, so put."""
+    for j in np.flatnonzero(~wide(limits)):
+        turns = np.ceil((limits.lower[j] - _ON_LIMIT - q[:, j]) / TAU)
+        q = q + TAU * turns[:, None] * (np.arange(q.shape[1]) == j)
+        q = q[q[:, j] <= limits.upper[j] + _ON_LIMIT]
     return q
 
 
@@ -157,7 +154,7 @@ def _climbed(
 ) -> tuple[FloatArray, IntArray]:
     """Return what every posture above costs at least, and from which one below."""
     found, best = np.empty(len(above)), np.empty(len(above), np.intp)
-    free = np.flatnonzero(~problem.arm.limits.limited)
+    free = np.flatnonzero(wide(problem.arm.limits))
     block = max(1, _AT_ONCE // (len(below) * problem.arm.n))
     for first in range(0, len(above), block):
         part = above[first : first + block]
