@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TypeVar, cast
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar, cast
 
-from numba import njit
+from numba import config, njit, typeof, types
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -35,3 +35,34 @@ def elementary(function: F) -> F:
     Products may be fused, sums not reordered: that would undo the cancellation.
     """
     return cast(F, njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "nsz"})(function))
+
+
+class Handed:
+    """A kernel that is handed other kernels, and compiled once whichever they are.
+
+    Handed as compiled code usually is, each of them would be compiled into it anew, and arms that are never used along
+    with those that are.
+
+    Parameters
+    ----------
+    function : callable
+        Its first arguments are kernels.
+    signatures : sequence of numba signatures
+        Those kernels', in their order.
+    """
+
+    def __init__(self, function: Callable[..., Any], signatures: Sequence[Any]) -> None:
+        self._python, self._signatures = function, tuple(signatures)
+        self._compiled: dict[Any, Callable[..., Any]] = {}
+
+    def __call__(self, *args: Any) -> Any:
+        """Run it."""
+        if config.DISABLE_JIT:  # type: ignore[attr-defined]
+            return self._python(*args)
+        count = len(self._signatures)
+        rest = tuple(typeof(arg) for arg in args[count:])  # type: ignore[no-untyped-call]
+        if rest not in self._compiled:
+            signature = (*(types.FunctionType(s) for s in self._signatures), *rest)
+            compiled = njit(signature, cache=True, nogil=True, error_model="numpy", fastmath=False)
+            self._compiled[rest] = compiled(self._python)
+        return self._compiled[rest](*args)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from selfmotion._compiled import kernel
+from selfmotion._compiled import Handed
 from selfmotion._types import BoolArray, FloatArray, IntArray
-from selfmotion.arms._family_kernels import BRANCHES, enclose_branches, enclose_interval, free_joint, is_free
+from selfmotion.arms._family_kernels import BRANCHES, ENCLOSE, TURNED, Enclose, Turned
 from selfmotion.arms._roots import EMPTY, MERGED, REGULAR
 from selfmotion.arms._slab_kernels import all_options, is_last
-from selfmotion.arms._trace_kernels import Windows, concerns, has_options, merged_among
+from selfmotion.arms._trace_kernels import Windows, concerns, has_options, is_free, merged_among
 
 COLUMNS = 7
 """Of a piece: ends of its interval of u, bits of its branches, ends of the sectors of a free shoulder and wrist."""
@@ -20,9 +20,9 @@ _DEEPEST = 512  # pieces that wait to be looked at
 _OPTIONS = 32  # turns of a joint that are told apart
 
 
-@kernel
-def boxes_of_slab(
-    family: int, geometry: FloatArray, root: FloatArray, origin: FloatArray, windows: Windows, pieces: FloatArray,
+def _boxes_of_slab(
+    enclose: Enclose, turned: Turned, free_joints: IntArray, geometry: FloatArray, root: FloatArray,
+    origin: FloatArray, windows: Windows, pieces: FloatArray,
     inside_low: FloatArray, inside_high: FloatArray, size: FloatArray, narrowest: float,
     low: FloatArray, high: FloatArray, clean: BoolArray, found: FloatArray, parent: IntArray,
 ) -> int:  # fmt: skip
@@ -42,7 +42,7 @@ def boxes_of_slab(
             depth -= 1
             now[:] = stack[depth]
             start, stop = now[0], now[1]
-            enclose_branches(family, geometry, root, origin, start, stop, all_boxes, rate, state)
+            enclose(geometry, root, origin, start, stop, all_boxes, rate, state)
             mask, merged = int(now[2]), merged_among(state, int(now[2]))
             for b in range(BRANCHES):
                 kind = state[b]
@@ -53,12 +53,12 @@ def boxes_of_slab(
                 free = 0
                 inside = True
                 for which in range(2):
-                    if not is_free(family, box, which):
+                    if not is_free(box, free_joints[which]):
                         continue
                     one, two = now[3 + 2 * which], now[4 + 2 * which]
                     if two - one < 0.5:
-                        inside = inside and enclose_interval(
-                            family, geometry, root, origin, start, stop, b, which, one, two, box
+                        inside = inside and turned(
+                            geometry, root, origin, start, stop, b, free_joints[which], one, two, box
                         )
                     else:
                         free += 1
@@ -84,11 +84,11 @@ def boxes_of_slab(
                     continue
                 sector = -1
                 for which in range(2):
-                    joint = max(free_joint(family, which), 0)
-                    if is_free(family, all_boxes[b], which) and box[joint, 1] - box[joint, 0] > 2.0 * size[p]:
+                    joint = free_joints[which]
+                    if is_free(all_boxes[b], joint) and box[joint, 1] - box[joint, 0] > 2.0 * size[p]:
                         sector = which
                 if sector >= 0 and room:
-                    joint = free_joint(family, sector)
+                    joint = free_joints[sector]
                     one, two = max(box[joint, 0], now[3 + 2 * sector]), min(box[joint, 1], now[4 + 2 * sector])
                     if two - one > 2.0 * size[p]:
                         cut = 0.5 * (one + two)
@@ -112,3 +112,6 @@ def boxes_of_slab(
                     if is_last(pick, many):
                         break
     return count
+
+
+boxes_of_slab = Handed(_boxes_of_slab, [ENCLOSE, TURNED])

@@ -236,7 +236,7 @@ def holds_zero(x: Range) -> bool:
 
 
 @kernel
-def turned(c: Range, s: Range, x: Range, y: Range) -> tuple[Range, Range]:
+def rotated(c: Range, s: Range, x: Range, y: Range) -> tuple[Range, Range]:
     """Return the ranges of (x, y) turned by the angle of (c, s)."""
     return less(product(c, x), product(s, y)), plus(product(s, x), product(c, y))
 
@@ -336,9 +336,9 @@ def frame_three(
 ) -> None:
     """Enclose the rotation R03, axes (3, 3, 2), from the world in frame 6 and (cos, sin) of the joints between."""
     for i in range(3):
-        x, y = turned(six[0], six[1], get(rows[i], 0), get(rows[i], 1))
-        z, x = turned(five[0], five[1], get(rows[i], 2), x)  # c5 z − s5 x, c5 x + s5 z
-        x, y = turned(four[0], four[1], x, y)
+        x, y = rotated(six[0], six[1], get(rows[i], 0), get(rows[i], 1))
+        z, x = rotated(five[0], five[1], get(rows[i], 2), x)  # c5 z − s5 x, c5 x + s5 z
+        x, y = rotated(four[0], four[1], x, y)
         put(axes[i], 0, within(x, -1.0, 1.0))
         put(axes[i], 1, within(negative(z), -1.0, 1.0))
         put(axes[i], 2, within(y, -1.0, 1.0))
@@ -603,15 +603,30 @@ def shoulder(
     box[:] = boxes[branch]
     put(box, 0, (q1_low, q1_high))
     c, s = trigonometry((q1_low, q1_high))
-    sine, level = turned(c, negative(s), get(axes[0], 2), get(axes[1], 2))
+    sine, level = rotated(c, negative(s), get(axes[0], 2), get(axes[1], 2))
     if state[branch] != SINGULAR:
         sine = common(sine, (0.0, 1.0) if branch % 2 == 0 else (-1.0, 0.0))
         if sine[0] > sine[1]:
             return False
-    _, one = turned(c, negative(s), get(axes[0], 0), get(axes[1], 0))
-    _, two = turned(c, negative(s), get(axes[0], 1), get(axes[1], 1))
+    _, one = rotated(c, negative(s), get(axes[0], 0), get(axes[1], 0))
+    _, two = rotated(c, negative(s), get(axes[0], 1), get(axes[1], 1))
     if not holds_zero(level) or one[0] > 1.0 or one[1] < -1.0 or two[0] > 1.0 or two[1] < -1.0:
         return False
     put(box, 1, angle_of(sine, get(axes[2], 2)))
     put(box, 2, angle_of(one, two))
     return True
+
+
+@kernel
+def turned(
+    geometry: FloatArray, rotation: FloatArray, position: FloatArray, u0: float, u1: float, branch: int, joint: int,
+    low: float, high: float, box: FloatArray,
+) -> bool:  # fmt: skip
+    """Narrow the box of a branch to where q1, the only joint it can be asked for, lies in [low, high]."""
+    return shoulder(geometry, rotation, position, u0, u1, branch, low, high, box)
+
+
+@kernel
+def parameter_of(geometry: FloatArray, q: FloatArray) -> float:
+    """Return q7."""
+    return q[6]

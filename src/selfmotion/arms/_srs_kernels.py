@@ -171,7 +171,7 @@ def solve_one(
 
 
 @kernel
-def branch_of(q: FloatArray) -> int:
+def branch_of(geometry: FloatArray, q: FloatArray) -> int:
     """Return the branch of a posture with q2, q4, q6 in [−π, π]; a zero counts as positive unless it is −0."""
     return (
         4 * int(np.copysign(1.0, q[3]) < 0.0)
@@ -748,3 +748,9 @@ def join(spot: FloatArray, free: BoolArray, inside: BoolArray, touched: BoolArra
             arcs[0, 0], arcs[0, 1] = -np.pi, np.pi
         return 1
     return count
+
+
+@kernel
+def parameter_of(geometry: FloatArray, q: FloatArray) -> float:
+    """Return the arm angle."""
+    return arm_angle(geometry, q)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from selfmotion._compiled import kernel
+from selfmotion._compiled import Handed, kernel
 from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.arms._cover_kernels import choices, off_chord
 from selfmotion.arms._curve_kernels import (
@@ -29,12 +29,13 @@ from selfmotion.arms._curve_kernels import (
     prepare,
     settle,
 )
-from selfmotion.arms._family_kernels import BRANCHES, enclose_branches, enclose_sector, is_free, solve_branches
+from selfmotion.arms._family_kernels import BRANCHES, ENCLOSE, SOLVE, TURNED, Enclose, Solve, Turned
 from selfmotion.arms._roots import EMPTY, MERGED, REGULAR, SINGULAR
 from selfmotion.arms._slab_kernels import is_last
 
 _TOO_LONG = 1.3  # times the spacing
 _DEEP = 64
+_FULL = 6.28  # a joint's box at least this wide is a whole turn [rad]
 MOST_TURNS = 16  # of a joint that are told apart
 _FOLDED = 0.03  # width of the box about a fold below which it is looked at in joint space [rad]
 _SINGULAR = 5e-3  # width in u of what is left of a singularity before it is
@@ -67,7 +68,17 @@ class Found(NamedTuple):
 @kernel
 def plain(number: int) -> int:
     """Return a number that the compiler takes for one of many: what literals are handed to is compiled anew."""
-    return number
+    one = np.empty(1, np.int64)
+    one[0] = number
+    return one[0]
+
+
+@kernel
+def flag(yes: bool) -> bool:
+    """Return a truth value that is no literal either."""
+    one = np.empty(1, np.bool_)
+    one[0] = yes
+    return one[0]
 
 
 @kernel
@@ -300,7 +311,7 @@ def resolve(
     stack[0] = box
     middle, radius, direction, q = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     a, b, none, now = np.empty(n), np.empty(n), np.zeros(n), np.empty((n, 2))
-    depth, looked_at = 1, 0
+    depth, looked_at, yes = 1, 0, flag(True)
     while depth > 0:
         depth -= 1
         looked_at += 1
@@ -336,7 +347,7 @@ def resolve(
                 if min(off, error) >= 0.0:
                     error = max(off, error)
                     count = emit_curve(
-                        chain, task, chart, spare, -half, half, a, b, error, windows, near, only_near, now, True,
+                        chain, task, chart, spare, -half, half, a, b, error, windows, near, only_near, now, yes,
                         strand + looked_at * 1e-6, 0.0, 1.0, found, count, origin,
                     )  # fmt: skip
                     continue
@@ -381,9 +392,9 @@ def between(
 
 @kernel
 def follow(
-    family: int, geometry: FloatArray, root: FloatArray, origin: FloatArray, low: float, high: float, branch: int,
-    chain: Chain, task: Task, chart: Chart, spare: Chart, windows: Windows, spacing: float, narrowest: float,
-    strand: float, found: Found, count: int,
+    solve: Solve, enclose: Enclose, geometry: FloatArray, root: FloatArray, origin: FloatArray, low: float,
+    high: float, branch: int, chain: Chain, task: Task, chart: Chart, spare: Chart, windows: Windows, spacing: float,
+    narrowest: float, strand: float, found: Found, count: int,
 ) -> int:  # fmt: skip
     """Cover a branch that is smooth over [low, high] by cells in their order; return the new count."""
     n = len(chain.levers)
@@ -392,9 +403,10 @@ def follow(
     a, b, c, direction = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     nothing, none = np.zeros(n), np.empty((n, 2))
     box, rate, state = np.empty((BRANCHES, n, 2)), np.empty((BRANCHES, n, 2)), np.empty(BRANCHES, np.int64)
-    whole = plain(0)
+    whole, no = plain(0), flag(False)
+    rotation, position = np.ascontiguousarray(root[:, :, 0]), np.ascontiguousarray(origin[:, 0])
     for end in range(2):
-        solve_branches(family, geometry, root[:, :, 0], origin[:, 0], low if end == 0 else high, all_q, ok)
+        solve(geometry, rotation, position, low if end == 0 else high, all_q, ok)
         nodes[0, end] = all_q[branch]
         errors[0, end] = -1.0
         if null_direction(chain, task, nodes[0, end], chart, direction):
@@ -406,7 +418,7 @@ def follow(
         start, stop = ends[depth, 0], ends[depth, 1]
         a[:], b[:] = nodes[depth, 0], nodes[depth, 1]
         middle = 0.5 * (start + stop)
-        solve_branches(family, geometry, root[:, :, 0], origin[:, 0], middle, all_q, ok)
+        solve(geometry, rotation, position, middle, all_q, ok)
         longest, size = 0.0, 0.0
         for j in range(n):
             c[j] = all_q[branch, j]
@@ -430,7 +442,7 @@ def follow(
                 left, right = between(chain, task, chart, a, b, c, direction, error)
                 if left < right:
                     count = emit_curve(
-                        chain, task, chart, spare, left, right, a, b, error, windows, nothing, False, none, False,
+                        chain, task, chart, spare, left, right, a, b, error, windows, nothing, no, none, no,
                         strand, start, stop, found, count, whole,
                     )  # fmt: skip
                     divided = False
@@ -444,15 +456,21 @@ def follow(
             errors[depth, 0] = off
             depth += 2
             continue
-        enclose_branches(family, geometry, root, origin, start, stop, box, rate, state)
+        enclose(geometry, root, origin, start, stop, box, rate, state)
         for home in range(BRANCHES):
             mine = home == branch or (state[branch] == MERGED and state[home] != REGULAR)
             if mine and state[home] != EMPTY and state[home] != MERGED:
                 count = resolve(
-                    chain, task, chart, spare, box[home], windows, nothing, False, narrowest, strand + 0.5, found,
+                    chain, task, chart, spare, box[home], windows, nothing, no, narrowest, strand + 0.5, found,
                     count, whole,
                 )  # fmt: skip
     return count
+
+
+@kernel
+def is_free(box: FloatArray, joint: int) -> bool:
+    """Return whether a joint, if it is one, may be anywhere."""
+    return joint >= 0 and bool(box[joint, 1] - box[joint, 0] > _FULL)
 
 
 @kernel
@@ -474,10 +492,10 @@ def concerns(kind: int, branch: int, mask: int, merged: int) -> bool:
     return bool(mask & (1 << branch)) or (kind != REGULAR and merged != 0)
 
 
-@kernel
-def trace(
-    family: int, geometry: FloatArray, root: FloatArray, origin: FloatArray, edges: FloatArray, chain: Chain,
-    task: Task, windows: Windows, spacing: float, narrowest: float, found: Found,
+def _trace(
+    solve: Solve, enclose: Enclose, turned: Turned, free: IntArray, geometry: FloatArray, root: FloatArray,
+    origin: FloatArray, edges: FloatArray, chain: Chain, task: Task, windows: Windows, spacing: float,
+    narrowest: float, found: Found,
 ) -> int:  # fmt: skip
     """Cover the whole self-motion at one pose; return how many cells there are, which may be more than there is room.
 
@@ -485,7 +503,7 @@ def trace(
     begin with.
     """
     n = len(chain.levers)
-    chart, spare, count, first, second = chart_for(n), chart_for(n), plain(0), plain(0), plain(1)
+    chart, spare, count, whole, no = chart_for(n), chart_for(n), plain(0), plain(0), flag(False)
     box, rate, state = np.empty((BRANCHES, n, 2)), np.empty((BRANCHES, n, 2)), np.empty(BRANCHES, np.int64)
     ends, masks = np.empty((_DEEP, 2)), np.empty(_DEEP, np.int64)
     nothing, part, strand = np.zeros(n), np.empty((n, 2)), 0.0
@@ -495,7 +513,7 @@ def trace(
         while depth > 0:
             depth -= 1
             low, high, mask = ends[depth, 0], ends[depth, 1], masks[depth]
-            enclose_branches(family, geometry, root, origin, low, high, box, rate, state)
+            enclose(geometry, root, origin, low, high, box, rate, state)
             again, merged = 0, merged_among(state, mask)
             for branch in range(BRANCHES):
                 kind = state[branch]
@@ -506,8 +524,8 @@ def trace(
                 if kind == REGULAR:
                     strand += 1.0
                     count = follow(
-                        family, geometry, root, origin, low, high, branch, chain, task, chart, spare, windows, spacing,
-                        narrowest, strand, found, count,
+                        solve, enclose, geometry, root, origin, low, high, branch, chain, task, chart, spare, windows,
+                        spacing, narrowest, strand, found, count,
                     )  # fmt: skip
                     continue
                 if kind == SINGULAR:
@@ -518,24 +536,22 @@ def trace(
                     again |= 1 << branch
                     continue
                 strand += 1.0
-                sectors = _SECTORS if is_free(family, box[branch], first) else 1
-                others = _SECTORS if is_free(family, box[branch], second) else 1
+                shoulder, wrist = free
+                sectors = _SECTORS if is_free(box[branch], shoulder) else 1
+                others = _SECTORS if is_free(box[branch], wrist) else 1
                 for i in range(sectors * others):
                     part[:] = box[branch]
-                    inside = sectors == 1 or enclose_sector(
-                        family, geometry, root, origin, low, high, branch, first, i % sectors, sectors, part
+                    one, two = -np.pi + TAU * (i % sectors) / sectors, -np.pi + TAU * (i // sectors) / others
+                    inside = sectors == 1 or turned(
+                        geometry, root, origin, low, high, branch, shoulder, one, one + TAU / sectors, part
                     )
-                    inside = inside and (
-                        others == 1
-                        or enclose_sector(
-                            family, geometry, root, origin, low, high, branch, second, i // sectors, others, part
-                        )
-                    )
+                    if inside and others > 1:
+                        inside = turned(geometry, root, origin, low, high, branch, wrist, two, two + TAU / others, part)
                     if inside:
                         strand += 1.0
                         count = resolve(
-                            chain, task, chart, spare, part, windows, nothing, False, narrowest, strand, found, count,
-                            first,
+                            chain, task, chart, spare, part, windows, nothing, no, narrowest, strand, found, count,
+                            whole,
                         )  # fmt: skip
             if again:
                 middle = 0.5 * (low + high)
@@ -545,13 +561,16 @@ def trace(
     return count
 
 
+trace = Handed(_trace, [SOLVE, ENCLOSE, TURNED])
+
+
 @kernel
 def divide(
     chain: Chain, task: Task, windows: Windows, cells: Found, spacing: FloatArray, narrowest: float, found: Found
 ) -> int:
     """Cover cells by shorter ones of the same curves; return how many there are."""
     p, n = cells.a.shape
-    chart, spare, count = chart_for(n), chart_for(n), plain(0)
+    chart, spare, count, yes, no = chart_for(n), chart_for(n), plain(0), flag(True), flag(False)
     ends, nodes, errors = np.empty((_DEEP, 2)), np.empty((_DEEP, 2, n)), np.empty((_DEEP, 2))
     a, b, c, direction, box = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty((n, 2))
     for k in range(p):
@@ -559,7 +578,7 @@ def divide(
         if cells.pieces[k, 1] == 1.0:
             for j in range(n):
                 box[j, 0], box[j, 1] = cells.a[k, j] - cells.dev[k, j], cells.a[k, j] + cells.dev[k, j]
-            count = emit_box(windows, box, cells.a[k], True, found, count, k)
+            count = emit_box(windows, box, cells.a[k], yes, found, count, k)
             continue
         ends[0, 0], ends[0, 1] = 0.0, 1.0
         nodes[0, 0], nodes[0, 1] = cells.a[k], cells.b[k]
@@ -613,7 +632,7 @@ def divide(
                 left, right = between(chain, task, chart, a, b, c, direction, error)
                 if left < right:
                     count = emit_curve(
-                        chain, task, chart, spare, left, right, a, b, error, windows, c, True, box, False,
+                        chain, task, chart, spare, left, right, a, b, error, windows, c, yes, box, no,
                         cells.pieces[k, 0], low + (high - low) * start, low + (high - low) * stop, found, count, k,
                     )  # fmt: skip
                     continue

@@ -341,3 +341,9 @@ def turned(
         and meet(box[2], planar[elbow, 1, 0], planar[elbow, 1, 1])
         and meet(box[3], q4[0], q4[1])
     )
+
+
+@kernel
+def parameter_of(geometry: FloatArray, q: FloatArray) -> float:
+    """Return NaN: a roll is counted from a frame that the posture's tool decides."""
+    return np.nan

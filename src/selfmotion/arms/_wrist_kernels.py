@@ -574,3 +574,9 @@ def turned(
     cosine_6 = blended(c, get(axes[1], 1), negative(s), get(axes[0], 1))
     six = angle_of(sine_6, cosine_6)
     return meet(box[4], five[0], five[1]) and meet(box[5], six[0], six[1])
+
+
+@kernel
+def parameter_of(geometry: FloatArray, q: FloatArray) -> float:
+    """Return NaN: a roll is counted from a frame that the posture's tool decides."""
+    return np.nan

@@ -51,12 +51,12 @@ class CurveCover:
         """Return cells that hold every feasible posture at x."""
         arm = self.arm
         root, origin = arm.root(x)
-        geometry = arm.geometry_at(origin[:, 0])
+        geometry, closed = arm.geometry_at(origin[:, 0]), arm.closed
 
         def trace(found: kernels.Found) -> int:
             return kernels.trace(
-                arm.closed_form.family.number, geometry, root, origin, self._edges, arm.kernel, arm.task(x),
-                self.windows, spacing, _NARROWEST, found,
+                closed.solve, closed.enclose, closed.turned, closed.free, geometry, root, origin, self._edges,
+                arm.kernel, arm.task(x), self.windows, spacing, _NARROWEST, found,
             )  # fmt: skip
 
         return self._in_order(self._filled(trace, 512))

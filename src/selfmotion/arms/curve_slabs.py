@@ -76,7 +76,7 @@ class CurveSlabs:
             starts, stops, found = (np.empty((capacity, k)) for k in (self.n, self.n, kernels.COLUMNS))
             clean, parent = np.empty(capacity, bool), np.empty(capacity, np.int64)
             count = kernels.boxes_of_slab(
-                arm.closed_form.family.number, arm.geometry, root, origin, self._cover.windows,
+                arm.closed.enclose, arm.closed.turned, arm.closed.free, arm.geometry, root, origin, self._cover.windows,
                 np.ascontiguousarray(pieces), at_least, at_most, size, _NARROWEST, starts, stops, clean, found, parent,
             )  # fmt: skip
             if count <= capacity:

@@ -91,10 +91,15 @@ class SpatialArm:
         """The lengths that the closed form's kernels want."""
         return self.closed_form.geometry
 
+    @property
+    def closed(self) -> _family_kernels.Closed:
+        """The closed form's kernels."""
+        return _family_kernels.closed(self.closed_form.family.number)
+
     def geometry_at(self, origin: FloatArray) -> FloatArray:
         """Return the geometry for a cover at one pose, whose closed form's last frame is at `origin` (3,).
 
-        Where a wrist is above or below its shoulder arm angles are not counted from the vertical, which is as good there.
+        Where a wrist is above or below its shoulder arm angles are not counted from the vertical; others do as well.
         """
         if self.closed_form.family.number != _family_kernels.SRS:
             return self.geometry
@@ -260,7 +265,7 @@ class SpatialArm:
         rotation, position = self._root(np.broadcast_to(pose, (*shape, 7)).reshape(-1, 7))
         q, ok = np.full((len(position), self.n), np.nan), np.zeros(len(position), bool)
         at = np.ascontiguousarray(np.broadcast_to(parameter, shape).reshape(-1))
-        _family_kernels.solve_all(self.closed_form.family.number, self.geometry, rotation, position, at, index, q, ok)
+        _family_kernels.solve_all(self.closed.solve, self.geometry, rotation, position, at, index, q, ok)
         return wrap(q - self.closed_form.shift).reshape(*shape, self.n), ok.reshape(shape)
 
     def solve_with_margin(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, FloatArray]:
@@ -308,7 +313,7 @@ class SpatialArm:
             return np.asarray(wrap(moved[..., 6:7]))
         flat = np.ascontiguousarray(moved.reshape(-1, self.n))
         found = np.empty(len(flat))
-        _family_kernels.parameter_all(self.closed_form.family.number, self.geometry, flat, found)
+        _family_kernels.parameter_all(self.closed.parameter_of, self.geometry, flat, found)
         return found.reshape(*moved.shape[:-1], 1)
 
     def branch_of(self, q: ArrayLike) -> IntArray:
@@ -316,7 +321,7 @@ class SpatialArm:
         moved = self._joints(q) + self.closed_form.shift
         flat = np.ascontiguousarray(wrap(moved.reshape(-1, self.n)))
         found = np.empty(len(flat), np.int64)
-        _family_kernels.branch_all(self.closed_form.family.number, self.geometry, flat, found)
+        _family_kernels.branch_all(self.closed.branch_of, self.geometry, flat, found)
         return found.reshape(moved.shape[:-1])
 
     def is_on_branch(self, q: ArrayLike, branch: int | str, tolerance: float) -> BoolArray:
