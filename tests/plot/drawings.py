@@ -193,12 +193,20 @@ class Drawing(NamedTuple):
     ink: tuple[float, float] = (0.02, 0.5)
 
 
+def each_joint(axes: Any, plan: sm.planners.Plan) -> None:
+    """Draw every joint into one and the same panel."""
+    plot.draw_each_joint([axes] * plan.problem.arm.n, plan)
+
+
+each_joint.func = plot.draw_each_joint  # what the table of drawing functions is compared with
 DRAWINGS = {
     "path": Drawing(plot.draw_path, lambda case: (case.problem,)),
     "postures": Drawing(plot.draw_postures, lambda case: (case.plan,), height=3.2),
     "joints": Drawing(plot.draw_joints, lambda case: (case.plan,)),
     "joints_many": Drawing(plot.draw_joints, lambda case: (case.many,)),
     "postures_six": Drawing(plot.draw_postures, lambda case: (case.modules,)),
+    "each_joint": Drawing(each_joint, lambda case: (case.plan,)),
+    "parameter": Drawing(plot.draw_parameter, lambda case: (case.plan,)),
     "joints_absolute": Drawing(plot.draw_joints, lambda case: (case.modules, range(3, 6), [3])),
     "modules": Drawing(plot.draw_modules, lambda case: (case.modules, [case.base])),
     "modules_end": Drawing(plot.draw_modules, lambda case: (case.modules, [case.base], 1.0)),

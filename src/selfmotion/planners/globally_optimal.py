@@ -329,6 +329,8 @@ def _warm(problem: Problem) -> None:
     setting = Setting(problem.arm.cover(), problem.path, problem.objective.kind, np.ones(problem.arm.n))
     tube = first_tube(setting, np.array([0.0, 1.0]), 2.0)
     if not tube.is_empty:
+        first = tube.slices[0]
+        setting.cover.split(first.x, first.cells[:1], np.array([2.0]))
         tube.evaluate()
         tube.cheapest()
 
