@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike
 from selfmotion._checks import branch_index
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms import _curve_kernels
-from selfmotion.arms.chain import Chain
-from selfmotion.arms.closed_forms import ClosedForm, Family
 from selfmotion.arms.limits import JointBox
 from selfmotion.arms.roll_forms import ROLL_FAMILIES, roll_form_of
 from selfmotion.arms.spatial import SpatialArm
@@ -47,17 +45,8 @@ class RollArm(SpatialArm):
     """
 
     turning = 2
-
-    def _form_of(self, chain: Chain) -> ClosedForm:
-        found = roll_form_of(chain)
-        if found is None:
-            known = ", ".join(family.name for family in ROLL_FAMILIES)
-            raise InvalidInputError(
-                "arm", f"has {chain.n} joints that no closed form solves", f"give an arm of the families {known}"
-            )
-        family = next(family for family in ROLL_FAMILIES if family.number == found.number)
-        named = Family(family.name, family.number, "roll", family.twists, family.zero, family.branches)
-        return ClosedForm(named, found.with_tool, found.base, found.tool, found.shift)
+    families = ROLL_FAMILIES
+    recognised = staticmethod(roll_form_of)
 
     def task(self, x: FloatArray) -> _curve_kernels.Task:
         """Return a pose (7,) as the kernels want it."""

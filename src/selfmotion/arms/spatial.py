@@ -66,25 +66,24 @@ class SpatialArm:
     dimension = 7
     turning = 3
     """How many directions of the tool's rotation are tasks."""
+    families = FAMILIES
+    recognised = staticmethod(closed_form_of)
     n_u = 1
 
     def __init__(self, chain: Chain) -> None:
-        self.chain, self.closed_form = chain, self._form_of(chain)
+        form = self.recognised(chain)
+        if form is None:
+            known = ", ".join(family.name for family in self.families)
+            raise InvalidInputError(
+                "arm", f"has {chain.n} joints that no closed form solves", f"give an arm of the families {known}"
+            )
+        self.chain, self.closed_form = chain, form
         self.n = chain.n
         self.limits: JointLimits = chain.limits
         self.branches = self.closed_form.family.branches
 
     def __repr__(self) -> str:
         return f"SpatialArm({self.chain!r})"
-
-    def _form_of(self, chain: Chain) -> ClosedForm:
-        found = closed_form_of(chain)
-        if found is None:
-            known = ", ".join(family.name for family in FAMILIES)
-            raise InvalidInputError(
-                "arm", f"has {chain.n} joints that no closed form solves", f"give an arm of the families {known}"
-            )
-        return found
 
     @property
     def geometry(self) -> FloatArray:
