@@ -6,10 +6,11 @@ import numpy as np
 
 from selfmotion._compiled import Handed
 from selfmotion._types import BoolArray, FloatArray, IntArray
+from selfmotion.arms._cell_kernels import Windows, has_options
 from selfmotion.arms._family_kernels import BRANCHES, ENCLOSE, TURNED, Enclose, Turned
 from selfmotion.arms._roots import EMPTY, MERGED, REGULAR
 from selfmotion.arms._slab_kernels import all_options, is_last
-from selfmotion.arms._trace_kernels import Windows, concerns, has_options, is_free, merged_among
+from selfmotion.arms._trace_kernels import concerns, is_free, merged_among
 
 COLUMNS = 7
 """Of a piece: ends of its interval of u, bits of its branches, ends of the sectors of a free shoulder and wrist."""

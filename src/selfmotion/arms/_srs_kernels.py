@@ -46,6 +46,7 @@ from selfmotion.arms._jet_kernels import (
     range_sum,
     up,
 )
+from selfmotion.arms._range_kernels import meet
 from selfmotion.arms._roots import EMPTY, FOLDED, MERGED, REGULAR, SINGULAR
 
 TAU = 2 * np.pi
@@ -485,20 +486,6 @@ def enclose(
             t, v = ball[1, j], speed[1, j]
             place(t[0], t[1], v[0], v[1], turned, j != 1 or wrist, put[6 - j], move[6 - j])
         place(q4[0], q4[1], 0.0, 0.0, False, elbow, put[3], move[3])
-
-
-@kernel
-def meet(box: FloatArray, low: float, high: float) -> bool:
-    """Narrow a range of angles to what it shares with [low, high] up to whole turns; return whether it does."""
-    if box[1] - box[0] + high - low >= 6.28:  # they may share two pieces
-        if high - low < box[1] - box[0]:
-            box[0], box[1] = low, high
-        return True
-    turn = TAU * np.rint((box[0] + box[1] - low - high) / (2.0 * TAU))
-    if turn != 0.0:
-        low, high = down(low + turn) - 1e-15, up(high + turn) + 1e-15
-    box[0], box[1] = max(box[0], low), min(box[1], high)
-    return box[0] <= box[1]
 
 
 @kernel

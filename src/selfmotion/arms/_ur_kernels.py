@@ -28,26 +28,28 @@ from selfmotion._elementary_kernels import arctan2
 from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.arms._jet_kernels import Range
 from selfmotion.arms._panda_kernels import (
+    mirror,
+    put_shoulder,
+    put_shoulder_rates,
+)
+from selfmotion.arms._range_kernels import (
     angle_of,
     exactly,
     get,
     holds_zero,
     less,
-    mirror,
+    meet,
     narrowed,
     negative,
     opposite,
     plus,
     product,
     put,
-    put_shoulder,
-    put_shoulder_rates,
     squared,
     trigonometry,
     wrap,
 )
 from selfmotion.arms._roots import EMPTY, FOLDED, MERGED, REGULAR, SINGULAR
-from selfmotion.arms._srs_kernels import meet
 from selfmotion.arms._wrist_kernels import (
     SLACK,
     blended,

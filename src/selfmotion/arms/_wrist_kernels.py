@@ -30,14 +30,19 @@ from selfmotion._elementary_kernels import arctan2, sincos
 from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.arms._jet_kernels import Range, range_cosine_sine, up
 from selfmotion.arms._panda_kernels import (
+    elbow_range,
+    mirror,
+    put_shoulder,
+    put_shoulder_rates,
+)
+from selfmotion.arms._range_kernels import (
     angle_of,
     around,
-    elbow_range,
     exactly,
     get,
     holds_zero,
     less,
-    mirror,
+    meet,
     narrowed,
     negative,
     opposite,
@@ -45,8 +50,6 @@ from selfmotion.arms._panda_kernels import (
     polar,
     product,
     put,
-    put_shoulder,
-    put_shoulder_rates,
     quotient,
     root,
     squared,
@@ -54,7 +57,6 @@ from selfmotion.arms._panda_kernels import (
     wrap,
 )
 from selfmotion.arms._roots import EMPTY, FOLDED, MERGED, REGULAR, SINGULAR
-from selfmotion.arms._srs_kernels import meet
 
 LENGTHS = 5
 SLACK = 1e-14  # of the reach: by how much a solution may miss the pose where branches meet

@@ -10,6 +10,7 @@ import numpy as np
 from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms import _trace_kernels as kernels
+from selfmotion.arms._cell_kernels import Found, Windows
 from selfmotion.arms.cells import Cells
 from selfmotion.arms.windows import turned_postures
 
@@ -42,7 +43,7 @@ class CurveCover:
         self._shift = arm.closed_form.shift
         for j, mine in enumerate(windows):  # kernels count joints as the closed form does
             ends[first[j] : first[j] + len(mine)] += self._shift[j]
-        self.windows = kernels.Windows(self.wraps, ends, first)
+        self.windows = Windows(self.wraps, ends, first)
         low, high = arm.parameter_range
         self._edges = np.linspace(low, high, _PIECES + 1)
         self._key = np.resize(_KEY, arm.n) * (1.0 + 0.1 * np.arange(arm.n))
@@ -53,7 +54,7 @@ class CurveCover:
         root, origin = arm.root(x)
         geometry, closed = arm.geometry_at(origin[:, 0]), arm.closed
 
-        def trace(found: kernels.Found) -> int:
+        def trace(found: Found) -> int:
             return kernels.trace(
                 closed.solve, closed.enclose, closed.turned, closed.free, geometry, root, origin, self._edges,
                 arm.kernel, arm.task(x), self.windows, spacing, _NARROWEST, found,
@@ -64,7 +65,7 @@ class CurveCover:
     def split(self, x: FloatArray, cells: Cells, spacing: FloatArray) -> Cells:
         """Return cells of about `spacing` that hold every feasible posture of the given ones at x."""
         arm = self.arm
-        given = kernels.Found(
+        given = Found(
             cells.a + self._shift, cells.b + self._shift, cells.bow, cells.dev, cells.rest, cells.pieces, cells.origin
         )
         found = self._filled(
@@ -85,19 +86,19 @@ class CurveCover:
         pieces = np.column_stack([-np.ones(len(a)), np.ones(len(a)), np.zeros((len(a), 2))])
         return Cells(a, a.copy(), np.full(a.shape, _OVERRUN), pieces, np.zeros(len(a), np.int64))
 
-    def _filled(self, fill: Callable[[kernels.Found], int], capacity: int) -> kernels.Found:
+    def _filled(self, fill: Callable[[Found], int], capacity: int) -> Found:
         while True:
             a, b, bow, dev, rest = (np.empty((capacity, self.n)) for _ in range(5))
-            found = kernels.Found(a, b, bow, dev, rest, np.empty((capacity, 4)), np.empty(capacity, np.int64))
+            found = Found(a, b, bow, dev, rest, np.empty((capacity, 4)), np.empty(capacity, np.int64))
             count = fill(found)
             if count <= capacity:
-                return kernels.Found(
+                return Found(
                     a[:count], b[:count], bow[:count], dev[:count], rest[:count], found.pieces[:count],
                     found.origin[:count],
                 )  # fmt: skip
             capacity = count
 
-    def _in_order(self, found: kernels.Found) -> Cells:
+    def _in_order(self, found: Found) -> Cells:
         """Return cells one after the other along their curves, which are told apart by the pieces' first column."""
         m = len(found.a)
         both = np.concatenate([found.a, found.b])

@@ -92,8 +92,11 @@ def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedErr
     blocked = problem.blocked
     if blocked:
         limited = all(part.cause == "joint limits" for part in blocked)
-        found = needs if problem.arm.has_structure else needs_of_pose
-        return InfeasibleError(blocked, found(problem, (), deadline) if limited else ())
+        if not limited:
+            return InfeasibleError(blocked)
+        structured = problem.arm.has_structure
+        found = needs(problem, (), deadline) if structured else needs_of_pose(problem, deadline)
+        return InfeasibleError(blocked, found)
     cover = problem.arm.slabs(problem.path, problem.elbow)
     start, end = ends(problem, "start"), ends(problem, "end")
     until = began + _FOR_THE_PROOF * (deadline - began)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
+from selfmotion._types import FloatArray
 from selfmotion.arms import Cause
 from selfmotion.certificate.chains import Chains
 from selfmotion.certificate.joined import ends, leads_on, with_arm
@@ -38,34 +39,18 @@ def needs(problem: Problem, causes: Iterable[Cause], deadline: float = np.inf) -
         The one that has to give least, by at most 1 rad, with its place on the path; others that were found to need as
         little follow. From the structure of the angle domain, which is computed, not proved.
     """
-    limits, best, found = problem.arm.limits, _MOST, []
     sides = [(cause.joint, cause.kind.split()[0]) for cause in causes if cause.kind.endswith("limit")]
-    sides += [(joint, side) for joint in range(problem.arm.n) for side in ("lower", "upper")]
-    for joint, side in dict.fromkeys(sides):
-        if not np.isfinite((limits.lower if side == "lower" else limits.upper)[joint]):
-            continue
-        if time.perf_counter() > deadline or not leads_on(widened(problem, joint, side, best)):
-            continue
-        low, high = 0.0, best
-        while high - low > _SHARP * high and time.perf_counter() <= deadline:
-            middle = 0.5 * (low + high) if low > 0.0 else 0.25 * high
-            low, high = (low, middle) if leads_on(widened(problem, joint, side, middle)) else (middle, high)
-        best = high
-        found.append(Need(joint + 1, side, high))
-    found.sort(key=lambda need: need.by)
-    found = [need for need in found if need.by <= found[0].by * (1 + 2 * _SHARP)]
+    found = _least(problem, sides, lambda *wider: leads_on(widened(problem, *wider)), deadline)
     return [Need(need.joint, need.side, need.by, _place(problem, need, deadline)) for need in found]
 
 
-def needs_of_pose(problem: Problem, causes: Iterable[Cause] = (), deadline: float = np.inf) -> list[Need]:
+def needs_of_pose(problem: Problem, deadline: float = np.inf) -> list[Need]:
     """Return which limits, each widened alone, would let a posture exist where the path is blocked.
 
     Parameters
     ----------
     problem : Problem
         Blocked somewhere; the middle of the longest stretch is looked at, where it is likely to need most.
-    causes : sequence of Cause
-        Not looked at.
     deadline : float
         As :func:`time.perf_counter` tells it; what is found by then is returned.
 
@@ -77,34 +62,44 @@ def needs_of_pose(problem: Problem, causes: Iterable[Cause] = (), deadline: floa
     """
     low, high = max((part.r for part in problem.blocked), key=lambda ends: ends[1] - ends[0])
     r = 0.5 * (low + high)
-    limits, best, found = problem.arm.limits, _MOST, []
 
-    def is_open(joint: int, side: str, by: float) -> bool:
-        one = by * (np.arange(problem.arm.n) == joint)
-        arm = problem.arm.relaxed(one if side == "lower" else 0.0 * one, one if side == "upper" else 0.0 * one)
+    def opens(joint: int, side: str, by: float) -> bool:
+        arm = problem.arm.relaxed(*_slack(problem, joint, side, by))
         return len(arm.cover(problem.elbow).cells(problem.path(r), _COARSE)) > 0
 
-    for joint in range(problem.arm.n):
-        for side in ("lower", "upper"):
-            if not np.isfinite((limits.lower if side == "lower" else limits.upper)[joint]):
-                continue
-            if time.perf_counter() > deadline or not is_open(joint, side, best):
-                continue
-            least, most = 0.0, best
-            while most - least > _SHARP * most and time.perf_counter() <= deadline:
-                middle = 0.5 * (least + most) if least > 0.0 else 0.25 * most
-                least, most = (least, middle) if is_open(joint, side, middle) else (middle, most)
-            best = most
-            found.append(Need(joint + 1, side, most, r))
+    return [Need(need.joint, need.side, need.by, r) for need in _least(problem, (), opens, deadline)]
+
+
+def _least(
+    problem: Problem, first: Iterable[tuple[int, str]], opens: Callable[[int, str, float], bool], deadline: float
+) -> list[Need]:
+    """Return the limits that have to give least for `opens` (joint, side, by) to hold, those of `first` tried first."""
+    limits, best, found = problem.arm.limits, _MOST, []
+    every = [(joint, side) for joint in range(problem.arm.n) for side in ("lower", "upper")]
+    for joint, side in dict.fromkeys([*first, *every]):
+        if not np.isfinite((limits.lower if side == "lower" else limits.upper)[joint]):
+            continue
+        if time.perf_counter() > deadline or not opens(joint, side, best):
+            continue
+        low, high = 0.0, best
+        while high - low > _SHARP * high and time.perf_counter() <= deadline:
+            middle = 0.5 * (low + high) if low > 0.0 else 0.25 * high
+            low, high = (low, middle) if opens(joint, side, middle) else (middle, high)
+        best = high
+        found.append(Need(joint + 1, side, high))
     found.sort(key=lambda need: need.by)
     return [need for need in found if need.by <= found[0].by * (1 + 2 * _SHARP)]
 
 
 def widened(problem: Problem, joint: int, side: str, by: float) -> Problem:
     """Return the problem with one limit of a joint, counted from 0, wider by `by` [rad]."""
+    return with_arm(problem, problem.arm.relaxed(*_slack(problem, joint, side, by)))
+
+
+def _slack(problem: Problem, joint: int, side: str, by: float) -> tuple[FloatArray, FloatArray]:
+    """Return by how much lower and upper limits give (n,) where one of them does."""
     one = by * (np.arange(problem.arm.n) == joint)
-    lower, upper = (one, 0.0 * one) if side == "lower" else (0.0 * one, one)
-    return with_arm(problem, problem.arm.relaxed(lower, upper))
+    return (one, 0.0 * one) if side == "lower" else (0.0 * one, one)
 
 
 def _place(problem: Problem, need: Need, deadline: float) -> float | None:
