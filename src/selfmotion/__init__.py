@@ -19,6 +19,7 @@ from selfmotion._version import __version__
 if TYPE_CHECKING:
     from selfmotion.arms import PlanarArm, named_arm, urdf_arm
     from selfmotion.arms.chain import Chain
+    from selfmotion.arms.locked import LockedArm
     from selfmotion.arms.spatial import SpatialArm
     from selfmotion.arms.urdf import load_chain
     from selfmotion.breaks import connectivity
@@ -71,6 +72,7 @@ if TYPE_CHECKING:
 _HOME = {
     "arms": ("PlanarArm", "named_arm", "urdf_arm"),
     "arms.chain": ("Chain",),
+    "arms.locked": ("LockedArm",),
     "arms.spatial": ("SpatialArm",),
     "arms.urdf": ("load_chain",),
     "breaks": ("connectivity",),

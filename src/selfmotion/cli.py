@@ -356,6 +356,7 @@ def compare(
         "status": "solved" if rows[0].holds else "unknown",
         "objective": case.objective.kind,
         "lower_bound": plan.lower_bound,
+        **({} if plan.estimated_bound is None else {"estimated_bound": plan.estimated_bound}),
         "motions": [row.summary() for row in rows],
         "version": __version__,
     }
@@ -363,12 +364,21 @@ def compare(
 
 
 @app.command()
-def arms(as_json: JsonOption = False) -> None:
-    """List the arms that a problem file can name, and how each is solved."""
-    from selfmotion.arms import CATALOGUE, how_solved
+def arms(
+    file: Annotated[str | None, typer.Argument(metavar="[FILE.urdf]", help="Look at this arm instead.")] = None,
+    base: Annotated[str | None, typer.Option("--base", metavar="LINK", help="Its first link, else the root.")] = None,
+    tip: Annotated[str | None, typer.Option("--tip", metavar="LINK", help="Its last link, else the leaf.")] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List the arms that a problem file can name, or one of a URDF file, and how each is solved."""
+    from selfmotion.arms import CATALOGUE, how_solved, how_solved_file
 
     listed: list[dict[str, Any]] = []
-    for name, entry in CATALOGUE.items():
+    if file is not None:
+        chain, found = how_solved_file(file, base, tip)
+        title = f"{chain.base} to {chain.tip}"
+        listed.append({"name": "urdf", "title": title, **found._asdict(), "tip": chain.tip, "source": file})
+    for name, entry in CATALOGUE.items() if file is None else ():
         solved = how_solved(name)._asdict()
         listed.append(
             {"name": name, "title": f"{entry.maker} {entry.title}", **solved, "tip": entry.tip, "source": entry.source}
@@ -384,8 +394,10 @@ def arms(as_json: JsonOption = False) -> None:
         )
         for row in listed
     ]  # fmt: skip
-    rows.append(("planar", "3, 4, …", "last links' directions", "2", "yes", "yes", "kind planar: links and limits"))
-    rows.append(("urdf", "6 or 7", "as recognised", "8", "if recognised", "yes", "kind urdf: file, base and tip"))
+    if file is None:
+        rows.append(("planar", "3, 4, …", "last links' directions", "2", "yes", "yes", "kind planar: links and limits"))
+        rows.append(("urdf", "6 or 7", "as recognised", "8", "yes", "yes", "kind urdf, of a family: file, base, tip"))
+        rows.append(("urdf", "7", "a joint's angle", "up to 16", "no", "no", "kind urdf, any other that EAIK solves"))
     lines = _table(header, rows)
     for why in dict.fromkeys(row["why_not"] for row in listed if row["why_not"]):
         lines.append(f"not planned for: {', '.join(row['name'] for row in listed if row['why_not'] == why)}; it {why}")
@@ -476,11 +488,13 @@ def _sizes(text: str) -> list[int]:
 
 def _compared(result: dict[str, Any]) -> list[str]:
     """Return the lines of a comparison."""
+    estimated = "estimated_bound" in result
+    gap = "estimated_gap" if estimated else "gap"
     header = (
         "motion",
         "holds",
         "cost",
-        "gap",
+        gap.replace("_", " "),
         "chord sum",
         "l2 waypoints",
         "largest step",
@@ -494,13 +508,15 @@ def _compared(result: dict[str, Any]) -> list[str]:
     motions = result["motions"]
     rows = [
         (
-            row["name"], _yes(row["holds"]), shown(row["cost"]), shown(row["gap"], ".2%"), shown(row["cost_sampled"]),
+            row["name"], _yes(row["holds"]), shown(row["cost"]), shown(row.get(gap), ".2%"), shown(row["cost_sampled"]),
             shown(row["l2_waypoints"]), shown(row["max_joint_step"], ".3g"), shown(row["jumps"], "d"),
             shown(row["seconds"], ".2f", " s"),
         )
         for row in motions
     ]  # fmt: skip
-    lines = [f"objective {result['objective']}: no motion costs less than {result['lower_bound']:.6g}"]
+    says = "no motion costs less than" if not estimated else "motions are estimated to cost no less than"
+    bound = result["estimated_bound" if estimated else "lower_bound"]
+    lines = [f"objective {result['objective']}: {says} {bound:.6g}"]
     lines += _table(header, rows)
     return lines + [f"{row['name']}: {row['why_not']}" for row in motions if row["why_not"]]
 
@@ -591,15 +607,20 @@ def _verdict(summary: dict[str, Any]) -> str:
 
 
 def _bound(summary: dict[str, Any]) -> list[str]:
-    """Return the line that says what is proved of every other motion, if anything is."""
+    """Return the line that says what is proved of every other motion, or estimated, if anything is."""
     from selfmotion.certificate.verdict import verdict
 
-    cost, error, bound = (summary[name] for name in ("cost", "cost_error", "lower_bound"))
-    if bound is None:
-        return []
-    proved = verdict(cost, math.inf if error is None else error, bound)
-    gap = "unknown" if summary["gap"] is None else f"{summary['gap']:.1e}"
-    return [f"  {proved}: no motion costs less than {bound:.9g} (gap {gap})"]
+    cost, error = summary["cost"], summary["cost_error"]
+    for rigorous, name, gap, says in (
+        (True, "lower_bound", "gap", "no motion costs less than"),
+        (False, "estimated_bound", "estimated_gap", "motions are estimated to cost no less than"),
+    ):
+        bound = summary.get(name)
+        if bound is not None:
+            within = verdict(cost, math.inf if error is None else error, bound, rigorous=rigorous)
+            left = "unknown" if summary.get(gap) is None else f"{summary[gap]:.1e}"
+            return [f"  {within}: {says} {bound:.9g} ({gap.replace('_', ' ')} {left})"]
+    return []
 
 
 def _json(value: Any) -> str:

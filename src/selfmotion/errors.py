@@ -179,7 +179,8 @@ class UndecidedError(SelfMotionError):
     remedy : str
     why : str
         ``"budget"``: time or memory ended before the proof did; ``"tangency"``: with limits wider by 1e-7 rad a motion
-        exists, and no computation that rounds can tell.
+        exists, and no computation that rounds can tell; ``"estimate"``: the arm is one of which nothing can be proved
+        by what was not found.
     """
 
     def __init__(self, message: str, remedy: str, why: str) -> None:

@@ -63,6 +63,8 @@ class Plan:
     ----------
     lower_bound, gap : float or None
         A proved bound on every motion's cost and the relative distance to it; None for planners without one.
+    estimated_bound, estimated_gap : float or None
+        The same of an arm whose postures are sampled, not enclosed: nothing of it is proved. None for all others.
     certificate : Certificate or None
         The proof of the bound.
     reconfigurations : int
@@ -88,15 +90,20 @@ class Plan:
         self.history = history
         self.lower_bound: float | None = None
         self.gap: float | None = None
+        self.estimated_bound: float | None = None
+        self.estimated_gap: float | None = None
         self.certificate: Certificate | None = None
         self.reconfigurations = 0
 
     def certify(self, certificate: Certificate) -> None:
         """Take over what was proved of every motion's cost."""
         self.certificate = certificate
-        self.lower_bound = certificate.bound
         left = self.cost + self.cost_error - certificate.bound
-        self.gap = left / self.cost if self.cost > 0.0 else 0.0 if left <= 0.0 else np.inf
+        gap = left / self.cost if self.cost > 0.0 else 0.0 if left <= 0.0 else np.inf
+        if certificate.rigorous:
+            self.lower_bound, self.gap = certificate.bound, gap
+        else:
+            self.estimated_bound, self.estimated_gap = certificate.bound, gap
 
     def __repr__(self) -> str:
         return f"Plan({self.planner}, cost={self.cost:.9g} ± {self.cost_error:.1g})"
@@ -167,9 +174,13 @@ class Plan:
         return float(L2Travel().sampled(self.motion(r), r, self.problem.weights))
 
     def summary(self) -> dict[str, Any]:
-        """Return the result as the command line's ``--json`` prints it; ``l2_waypoints`` only if the path has any."""
+        """Return the result as the command line's ``--json`` prints it.
+
+        ``l2_waypoints``, ``estimated_bound`` and ``estimated_gap`` are there only if they are known.
+        """
         check = self.verification
-        more = {} if self.l2_waypoints is None else {"l2_waypoints": self.l2_waypoints}
+        names = ("l2_waypoints", "estimated_bound", "estimated_gap")
+        more = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
         return result_object(
             status="solved" if check.holds else "unknown",
             cost=self.cost,

@@ -102,6 +102,8 @@ class Problem:
         self.path = path
         self.samples = integer("samples", samples, 2, MAX_SAMPLES)
         self.elbow = choice("elbow", elbow, ("any", *arm.branches))
+        if self.elbow != "any":
+            arm.boxes(self.elbow)  # which not every arm has of a branch
         self.cyclic = cyclic if cyclic is False else choice("cyclic", cyclic, ("exact", "modulo"))
         if self.cyclic and not path.is_closed:
             raise InvalidInputError("cyclic", "needs a closed path", "close the path or set cyclic: false", cyclic)
@@ -290,7 +292,10 @@ class Problem:
         """Return in words where u may lie at `r`."""
         if self.arm.n_u != 1:
             return "choose another redundancy vector"
-        domain = angle_domain(self.arm, self.path)
+        try:
+            domain = angle_domain(self.arm, self.path)
+        except InvalidInputError:  # of this arm it is not told
+            return "choose another redundancy parameter"
         form = "{} with a {} elbow" if _has_elbow(self.arm) else "{} on branch {}"
         parts = []
         for branch in self.elbow_branches:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from selfmotion.arms.catalogue import CATALOGUE, how_solved, named_arm, urdf_arm
+from selfmotion.arms.catalogue import CATALOGUE, how_solved, how_solved_file, named_arm, urdf_arm
 from selfmotion.arms.limits import JointBox, JointLimits
 from selfmotion.arms.planar import PlanarArm
 from selfmotion.arms.protocols import Breakpoints, Cause, FreeJoint, RedundantArm, SelfMotion
@@ -29,6 +29,7 @@ __all__ = [
     "RedundantArm",
     "SelfMotion",
     "how_solved",
+    "how_solved_file",
     "named_arm",
     "urdf_arm",
 ]

@@ -22,6 +22,7 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.rotations import from_rotation_matrix, from_rpy, matrix, unit_quaternions
 
 if TYPE_CHECKING:
+    from selfmotion.arms.locked import LockedArm
     from selfmotion.arms.spatial import SpatialArm
 
 _POSE = 6  # joints that a pose takes; without its roll one of them is redundant
@@ -117,7 +118,8 @@ def named_arm(name: str, tool: ToolFrame = None, limits: Limits = None) -> Redun
 
     Returns
     -------
-    SpatialArm
+    RedundantArm
+        In closed form if a family of ours has it, else by EAIK with one joint locked.
 
     Raises
     ------
@@ -148,13 +150,14 @@ def urdf_arm(
 
     Returns
     -------
-    SpatialArm
+    RedundantArm
+        In closed form if a family of ours has it, else by EAIK with one joint locked.
 
     Raises
     ------
     InvalidInputError
-        If the file cannot be read or is no such robot, the tool is no frame, limits do not fit, or no closed form
-        solves the joints.
+        If the file cannot be read or is no such robot, the tool is no frame, limits do not fit, or nothing solves
+        the joints.
     """
     try:
         chain = load_chain(file, base, tip)
@@ -168,7 +171,7 @@ def urdf_arm(
 
 
 class Solved(NamedTuple):
-    """How an arm of the catalogue is solved.
+    """How an arm in space is solved.
 
     Attributes
     ----------
@@ -178,9 +181,9 @@ class Solved(NamedTuple):
     branches : int
         Inverse kinematics' branches at a given u.
     closed_form : bool
-        Whether its postures are known in closed form.
+        Whether a closed form of ours solves it; else EAIK does, with one joint locked.
     rigorous : bool
-        Whether they are enclosed with all rounding, so that bounds on every motion are proved.
+        Whether its postures are enclosed with all rounding, so that bounds on every motion are proved, not estimated.
     why_not : str or None
         Why it is not planned for.
     """
@@ -195,19 +198,28 @@ class Solved(NamedTuple):
 
 def how_solved(name: str) -> Solved:
     """Return how an arm of the catalogue is solved."""
-    chain = CATALOGUE[choice("name", name, CATALOGUE)].chain()
+    return _solved(CATALOGUE[choice("name", name, CATALOGUE)].chain())
+
+
+def how_solved_file(file: FileName, base: str | None = None, tip: str | None = None) -> tuple[Chain, Solved]:
+    """Return the chain between two links of a URDF file, see :func:`urdf_arm`, and how it is solved."""
+    chain = load_chain(file, base, tip)
+    return chain, _solved(chain)
+
+
+def _solved(chain: Chain) -> Solved:
     try:
         arm = _planned("name", chain)
     except InvalidInputError as error:
         return Solved(chain.n, None, 0, False, False, error.reason)
-    # Every family has an enclosure of its own besides its closed form.
-    return Solved(chain.n, arm.closed_form.family.parameter, len(arm.branches), True, True, None)
+    return Solved(chain.n, arm.parameter, len(arm.branches), arm.in_closed_form, arm.rigorous, None)
 
 
-def _planned(field: str, chain: Chain) -> SpatialArm:
+def _planned(field: str, chain: Chain) -> SpatialArm | LockedArm:
     """Return the arm that moves a chain: the one place that knows which chains can be planned for.
 
-    With six joints the tool may turn freely about its z-axis; with seven it keeps its pose.
+    With six joints the tool may turn freely about its z-axis; with seven it keeps its pose. Seven that are of no family
+    of ours are left to EAIK.
     """
     if chain.n < _POSE:
         raise InvalidInputError(
@@ -215,13 +227,25 @@ def _planned(field: str, chain: Chain) -> SpatialArm:
             f"has {chain.n} joints, fewer than a position and a direction take besides one that is redundant",
             "give an arm with six joints, whose tool may then roll, or with seven",
         )
+    if chain.prismatic.any():
+        names = ", ".join(name for name, slides in zip(chain.names, chain.prismatic, strict=True) if slides)
+        raise InvalidInputError(
+            field, f"has joints that slide: {names}", "give an arm whose joints all turn, or another base or tip"
+        )
+    from selfmotion.arms.locked import LockedArm
     from selfmotion.arms.roll import RollArm  # compiled kernels, which planar arms do without
     from selfmotion.arms.spatial import SpatialArm
 
     try:
         return RollArm(chain) if chain.n == _POSE else SpatialArm(chain)
     except InvalidInputError as error:
-        raise InvalidInputError(field, error.reason, error.remedy) from None
+        known = error
+    if chain.n != _POSE + 1:
+        raise InvalidInputError(field, known.reason, known.remedy)
+    try:
+        return LockedArm(chain)
+    except InvalidInputError as error:
+        raise InvalidInputError(field, error.reason, f"{error.remedy}, or {known.remedy}") from None
 
 
 def _equipped(chain: Chain, tool: Any, limits: Limits) -> Chain:

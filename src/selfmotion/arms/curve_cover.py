@@ -15,6 +15,7 @@ from selfmotion.arms.cells import Cells
 from selfmotion.arms.windows import turned_postures
 
 if TYPE_CHECKING:
+    from selfmotion.arms.chain_arm import ChainArm
     from selfmotion.arms.spatial import SpatialArm
 
 _OVERRUN = 1e-9  # of limits, which verification allows [rad]
@@ -23,53 +24,36 @@ _NARROWEST = 1e-6  # a box this narrow that is still not understood becomes a ce
 _KEY = np.array([0.7548776662466927, 0.5698402909980532, 0.4301597090019468, 0.3247179572447460])
 
 
-class CurveCover:
-    """Cells of a spatial arm with one redundant degree; see :class:`~selfmotion.arms.cells.Cover`.
+class CurveCells:
+    """What covers by pieces of curves have in common: windows, turns, splitting and order. They differ in their cells.
 
     Parameters
     ----------
-    arm : SpatialArm
+    arm : ChainArm
     branch : str
         ``"any"`` or one of the arm's branches.
     """
 
-    def __init__(self, arm: SpatialArm, branch: str = "any") -> None:
-        self.arm, self.n = arm, arm.n
+    def __init__(self, arm: ChainArm, branch: str = "any") -> None:
+        self._chain, self._task, self.n = arm.kernel, arm.task, arm.n
         windows = [_windows(arm, branch, j) for j in range(arm.n)]
         self.wraps = np.array([not mine for mine in windows])
         first = np.cumsum([0, *(len(w) for w in windows)])
         ends = np.array([pair for w in windows for pair in w], float).reshape(-1, 2)
         ends += np.array([-_OVERRUN, _OVERRUN])
-        self._shift = arm.closed_form.shift
+        self._shift = arm.shift
         for j, mine in enumerate(windows):  # kernels count joints as the closed form does
             ends[first[j] : first[j] + len(mine)] += self._shift[j]
         self.windows = Windows(self.wraps, ends, first)
-        low, high = arm.parameter_range
-        self._edges = np.linspace(low, high, _PIECES + 1)
         self._key = np.resize(_KEY, arm.n) * (1.0 + 0.1 * np.arange(arm.n))
-
-    def cells(self, x: FloatArray, spacing: float) -> Cells:
-        """Return cells that hold every feasible posture at x."""
-        arm = self.arm
-        root, origin = arm.root(x)
-        geometry, closed = arm.geometry_at(origin[:, 0]), arm.closed
-
-        def trace(found: Found) -> int:
-            return kernels.trace(
-                closed.solve, closed.enclose, closed.turned, closed.free, geometry, root, origin, self._edges,
-                arm.kernel, arm.task(x), self.windows, spacing, _NARROWEST, found,
-            )  # fmt: skip
-
-        return self._in_order(self._filled(trace, 512))
 
     def split(self, x: FloatArray, cells: Cells, spacing: FloatArray) -> Cells:
         """Return cells of about `spacing` that hold every feasible posture of the given ones at x."""
-        arm = self.arm
         given = Found(
             cells.a + self._shift, cells.b + self._shift, cells.bow, cells.dev, cells.rest, cells.pieces, cells.origin
         )
         found = self._filled(
-            lambda room: kernels.divide(arm.kernel, arm.task(x), self.windows, given, spacing, _NARROWEST, room),
+            lambda room: kernels.divide(self._chain, self._task(x), self.windows, given, spacing, _NARROWEST, room),
             3 * len(cells) + 64,
         )
         return Cells(
@@ -88,13 +72,12 @@ class CurveCover:
 
     def _filled(self, fill: Callable[[Found], int], capacity: int) -> Found:
         while True:
-            a, b, bow, dev, rest = (np.empty((capacity, self.n)) for _ in range(5))
-            found = Found(a, b, bow, dev, rest, np.empty((capacity, 4)), np.empty(capacity, np.int64))
+            found = found_for(capacity, self.n)
             count = fill(found)
             if count <= capacity:
                 return Found(
-                    a[:count], b[:count], bow[:count], dev[:count], rest[:count], found.pieces[:count],
-                    found.origin[:count],
+                    found.a[:count], found.b[:count], found.bow[:count], found.dev[:count], found.rest[:count],
+                    found.pieces[:count], found.origin[:count],
                 )  # fmt: skip
             capacity = count
 
@@ -122,7 +105,44 @@ class CurveCover:
         )
 
 
-def _windows(arm: SpatialArm, branch: str, joint: int) -> list[tuple[float, float]]:
+class CurveCover(CurveCells):
+    """Cells of a spatial arm with one redundant degree; see :class:`~selfmotion.arms.cells.Cover`.
+
+    Parameters
+    ----------
+    arm : SpatialArm
+    branch : str
+        ``"any"`` or one of the arm's branches.
+    """
+
+    def __init__(self, arm: SpatialArm, branch: str = "any") -> None:
+        super().__init__(arm, branch)
+        self.arm = arm
+        low, high = arm.parameter_range
+        self._edges = np.linspace(low, high, _PIECES + 1)
+
+    def cells(self, x: FloatArray, spacing: float) -> Cells:
+        """Return cells that hold every feasible posture at x."""
+        arm = self.arm
+        root, origin = arm.root(x)
+        geometry, closed = arm.geometry_at(origin[:, 0]), arm.closed
+
+        def trace(found: Found) -> int:
+            return kernels.trace(
+                closed.solve, closed.enclose, closed.turned, closed.free, geometry, root, origin, self._edges,
+                arm.kernel, arm.task(x), self.windows, spacing, _NARROWEST, found,
+            )  # fmt: skip
+
+        return self._in_order(self._filled(trace, 512))
+
+
+def found_for(capacity: int, n: int) -> Found:
+    """Return room for cells of n joints."""
+    a, b, bow, dev, rest = (np.empty((capacity, n)) for _ in range(5))
+    return Found(a, b, bow, dev, rest, np.empty((capacity, 4)), np.empty(capacity, np.int64))
+
+
+def _windows(arm: ChainArm, branch: str, joint: int) -> list[tuple[float, float]]:
     """Return the intervals that a joint may lie in, none if it is an angle modulo 2π.
 
     One with two whole turns or more counts as that too: whatever motion is shorter than a turn fits somewhere.

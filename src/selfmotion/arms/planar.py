@@ -68,6 +68,7 @@ class PlanarArm:
     kind = "planar"
     dimension = 2
     branches: tuple[str, ...] = ("positive", "negative")
+    rigorous = True
 
     def __init__(self, links: Vector, limits: Limits = None, direction: float | None = None) -> None:
         self.links = read_only(finite_array("links", links, 1))

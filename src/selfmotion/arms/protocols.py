@@ -145,6 +145,8 @@ class RedundantArm(Protocol):
     """Numbers of a task point: 2 for a position in the plane, 7 for a pose in space."""
     branches: tuple[str, ...]
     limits: JointLimits
+    rigorous: bool
+    """Whether :meth:`cover` leaves nothing out: else a bound is an estimate, and missing cells prove nothing."""
 
     @property
     def has_structure(self) -> bool:

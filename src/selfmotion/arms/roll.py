@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from selfmotion._checks import branch_index
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms import _curve_kernels
+from selfmotion.arms.chain_arm import ChainArm
 from selfmotion.arms.limits import JointBox
 from selfmotion.arms.roll_forms import ROLL_FAMILIES, roll_form_of
 from selfmotion.arms.spatial import SpatialArm
@@ -60,8 +59,7 @@ class RollArm(SpatialArm):
 
     def shortfall(self, x: ArrayLike) -> FloatArray:
         """Return how far tool positions are out of reach, whatever direction and joints, shape (...) [m]."""
-        offset = np.asarray(x, dtype=float)[..., :3] - self.chain.offsets[0][:3, 3]
-        return np.asarray(np.linalg.norm(offset, axis=-1) - self.reach)
+        return ChainArm.shortfall(self, x)
 
     def jacobian(self, q: ArrayLike) -> FloatArray:
         """Return the tool's velocity, and the turn of its axis in the frame of rolls, (..., 5, n)."""
@@ -116,11 +114,6 @@ class RollArm(SpatialArm):
     def _tool_axis(self, q: ArrayLike) -> FloatArray:
         joints = self._joints(q)
         return self._frames(joints.reshape(-1, self.n))[0][:, :, 2].reshape(*joints.shape[:-1], 3)
-
-    @cached_property
-    def parameter_range(self) -> tuple[float, float]:
-        """A full turn [rad]."""
-        return -np.pi, np.pi
 
     def is_on_branch(self, q: ArrayLike, branch: int | str, tolerance: float) -> BoolArray:
         """Return whether postures (..., n) are on a branch, shape (...)."""

@@ -84,7 +84,8 @@ def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedErr
         If there is a proof: with the stretch that blocks, the limits that would have to give as far as time allowed,
         and the proof.
     UndecidedError
-        If the structure of the angle domain says that there is no motion and the proof was not completed.
+        If the structure of the angle domain says that there is no motion and the proof was not completed, or if the arm
+        is not rigorous, so that there is none.
     None
         If neither says so.
     """
@@ -97,6 +98,8 @@ def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedErr
         structured = problem.arm.has_structure
         found = needs(problem, (), deadline) if structured else needs_of_pose(problem, deadline)
         return InfeasibleError(blocked, found)
+    if not problem.arm.rigorous:
+        return unproved("no motion was found")
     cover = problem.arm.slabs(problem.path, problem.elbow)
     start, end = ends(problem, "start"), ends(problem, "end")
     until = began + _FOR_THE_PROOF * (deadline - began)
@@ -118,6 +121,16 @@ def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedErr
     if not leads_on(problem) and stretch.cause == "joint limits":
         wanted = needs(problem, causes, deadline)
     return InfeasibleError([stretch], wanted, result)
+
+
+def unproved(what: str) -> UndecidedError:
+    """Return the error that says that `what` was found of an arm that is not rigorous, and why it proves nothing."""
+    return UndecidedError(
+        f"{what}, which proves nothing: this arm is solved at single values of u, and what is between two of them "
+        "may be missed",
+        "widen the limits, move the path, or use an arm that is solved in closed form",
+        "estimate",
+    )
 
 
 def _stretch(problem: Problem) -> tuple[Blocked, tuple[Cause, ...]]:

@@ -51,18 +51,21 @@ class Certificate:
     Attributes
     ----------
     bound : float
-        No continuous motion that solves the problem costs less.
+        No continuous motion that solves the problem costs less, if it is rigorous; else none that was seen.
     argument : str
         What proved it, in one sentence.
     levels : tuple of Level
     tube : tuple of TubeSlice
         Where a better motion could still be, if there is one.
+    rigorous : bool
+        Whether the arm's cover leaves nothing out. Without that the bound is an estimate.
     """
 
     bound: float
     argument: str
     levels: tuple[Level, ...]
     tube: tuple[TubeSlice, ...]
+    rigorous: bool = True
 
     def summary(self) -> dict[str, Any]:
         """Return the proof as the command line's ``--json`` prints it."""

@@ -13,7 +13,7 @@ _DIGITS = 2  # of the percentage
 _SHOWN, _MOST_SHOWN = 5, 12  # digits of costs
 
 
-def verdict(cost: float, cost_error: float, bound: float, reference: float | None = None) -> str:
+def verdict(cost: float, cost_error: float, bound: float, reference: float | None = None, rigorous: bool = True) -> str:
     """Return what is proved of a motion, such as ``5.2775 → 4.8894, proved within 0.0085 % of the best possible``.
 
     Parameters
@@ -24,6 +24,8 @@ def verdict(cost: float, cost_error: float, bound: float, reference: float | Non
         What every motion costs at least.
     reference : float, optional
         The cost of another motion, to begin with.
+    rigorous : bool
+        Whether the bound is proved, not estimated.
 
     Returns
     -------
@@ -42,7 +44,7 @@ def verdict(cost: float, cost_error: float, bound: float, reference: float | Non
     shown = f"{cost:#.{digits}g}" if reference is None else f"{reference:#.{_SHOWN}g} → {cost:#.{digits}g}"
     if not math.isfinite(gap):
         return f"{shown}, how far from the best possible is unknown"
-    return f"{shown}, proved within {percent(gap)} of the best possible"
+    return f"{shown}, {'proved' if rigorous else 'estimated to be'} within {percent(gap)} of the best possible"
 
 
 def proved_within(cost: float, cost_error: float, bound: float) -> float:

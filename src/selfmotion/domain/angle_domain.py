@@ -186,11 +186,14 @@ def out_of_reach(arm: RedundantArm, x: FloatArray) -> BoolArray:
 
 
 def blocked_at(arm: RedundantArm, path: Path, r: float, branches: Sequence[int]) -> bool:
-    """Return whether no posture exists at `r`: out of reach, or for one redundant degree by the joint limits."""
+    """Return whether no posture exists at `r`: out of reach, or for one redundant degree by the joint limits.
+
+    Of an arm that is not rigorous, only what is out of reach is told.
+    """
     if out_of_reach(arm, path(r)):
         return True
     if not arm.has_structure:
-        return arm.n_u == 1 and len(arm.cover().cells(path(r), _COARSE)) == 0
+        return arm.n_u == 1 and arm.rigorous and len(arm.cover().cells(path(r), _COARSE)) == 0
     return bool(angle_domain(arm, path).is_empty(np.array([r]), branches)[0])
 
 
@@ -209,14 +212,14 @@ def blocked_stretches(arm: RedundantArm, path: Path, samples: int, branches: Seq
     Returns
     -------
     list of Blocked
-        Out of geometric reach, for any arm; empty because of joint limits, for one redundant degree. In the
-        order of the path.
+        Out of geometric reach, for any arm; empty because of joint limits, for one redundant degree and a rigorous arm.
+        In the order of the path.
     """
     found = [
         Blocked(ends, "out of reach", float(arm.shortfall(path(np.linspace(*ends, 101))).max()))
         for ends in stretches(lambda r: out_of_reach(arm, path(r)), path.grid(samples - 1))
     ]
-    if arm.n_u == 1:
+    if arm.n_u == 1 and arm.rigorous:
         if arm.has_structure:
             empty = angle_domain(arm, path).empty_stretches(samples, branches)
         else:

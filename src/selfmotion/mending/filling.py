@@ -60,9 +60,8 @@ def on_path(problem: Problem, r: FloatArray, q: FloatArray) -> tuple[FloatArray,
         free[held] = 0.0
         q = np.clip(q, arm.limits.lower, arm.limits.upper)
     miss = np.abs(arm.task_residual(q, x)).max(axis=-1, initial=0.0)
-    on_branch = [arm.is_on_branch(q, branch, HELD) for branch in problem.elbow_branches]
-    inside = (arm.limits.margin(q) >= -HELD).all(axis=-1)
-    return q, (miss <= 10 * _ON_PATH * arm.reach) & inside & np.any(on_branch, axis=0)
+    ok = (miss <= 10 * _ON_PATH * arm.reach) & (arm.limits.margin(q) >= -HELD).all(axis=-1)
+    return q, ok if problem.elbow == "any" else ok & arm.is_on_branch(q, problem.elbow, HELD)
 
 
 class Filled(NamedTuple):

@@ -46,6 +46,8 @@ class Compared:
         ``(cost + cost_error − lower_bound)/cost``: what the best of all motions may save, at most.
     seconds : float or None
         What it took to make it.
+    estimated_gap : float or None
+        Instead of ``gap`` for an arm that is not rigorous; None for all others.
     """
 
     name: str
@@ -59,10 +61,11 @@ class Compared:
     jumps: int | None = None
     gap: float | None = None
     seconds: float | None = None
+    estimated_gap: float | None = None
 
     def summary(self) -> dict[str, Any]:
-        """Return it as ``selfmotion compare --json`` prints it."""
-        return asdict(self)
+        """Return it as ``selfmotion compare --json`` prints it, an estimate only if there is one."""
+        return {key: value for key, value in asdict(self).items() if key != "estimated_gap" or value is not None}
 
 
 def compare_plan(plan: Plan) -> Compared:
@@ -80,6 +83,7 @@ def compare_plan(plan: Plan) -> Compared:
         sum(failure.check == "continuity" for failure in check.failures),
         plan.gap,
         plan.wall_time_s,
+        plan.estimated_gap,
     )
 
 
@@ -120,6 +124,7 @@ def compare_rows(
         len(filled(problem, motion.r, motion.q).broken),
         distance.gap if distance else None,
         seconds,
+        distance.estimated_gap if distance else None,
     )
 
 

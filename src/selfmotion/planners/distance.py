@@ -51,6 +51,8 @@ class Distance:
         Why something of this is not known, or cannot be compared.
     plan : Plan or None
         The best motion found, with its certificate.
+    estimated_bound, estimated_gap : float or None
+        Instead of ``lower_bound`` and ``gap`` for an arm that is not rigorous; None for all others.
     """
 
     cost_sampled: float
@@ -62,9 +64,19 @@ class Distance:
     gap_sampled: float | None = None
     reason: str | None = None
     plan: Plan | None = None
+    estimated_bound: float | None = None
+    estimated_gap: float | None = None
 
     def __str__(self) -> str:
         because = "" if self.reason is None else f" ({self.reason})"
+        if self.estimated_bound is not None:
+            against = (
+                f"best motion found {self.optimum:.6g}, all others estimated at {self.estimated_bound:.6g} at least"
+            )
+            saved = "distance from the best possible motion: not known"
+            if self.estimated_gap is not None:
+                saved = f"an estimated {percent(self.estimated_gap)} of its cost {self.cost:.6g} could be saved"
+            return f"{saved}: {against}{because}"
         if self.lower_bound is None or self.optimum is None:
             return f"distance from the best possible motion: not known{because}"
         against = f"best motion found {self.optimum:.6g}, none is below {self.lower_bound:.6g}"
@@ -77,7 +89,9 @@ class Distance:
 
     def summary(self) -> dict[str, Any]:
         """Return the distance as ``selfmotion verify --json`` prints it, the chord sum left out."""
-        names = ("cost", "cost_error", "lower_bound", "optimum", "gap", "gap_sampled", "reason")
+        names = ["cost", "cost_error", "lower_bound", "optimum", "gap", "gap_sampled", "reason"]
+        if self.estimated_bound is not None:
+            names += ["estimated_bound", "estimated_gap"]
         return {name: getattr(self, name) for name in names}
 
 
@@ -143,7 +157,7 @@ def _check(problem: Problem, optimum: Global | Plan | None) -> None:
     if isinstance(optimum, Plan):
         if optimum.problem is not problem:
             raise InvalidInputError("optimum", "is a plan of another problem", "give one of this very object")
-        if optimum.lower_bound is None:
+        if optimum.certificate is None:
             raise InvalidInputError("optimum", f"is a plan by {optimum.planner}, which proves no bound", "use Global")
     elif not isinstance(optimum, Global | None):
         raise InvalidInputError("optimum", "is neither Global nor a plan", "give sm.Global(…)", optimum)
@@ -151,8 +165,8 @@ def _check(problem: Problem, optimum: Global | Plan | None) -> None:
 
 def _compared(plan: Plan, known: dict[str, Any], why: str | None) -> Distance:
     """Return the distance of a motion from a plan that holds a bound; `why` it may have no cost."""
-    bound, cost, sampled = plan.lower_bound, known["cost"], known["cost_sampled"]
-    assert bound is not None
+    assert plan.certificate is not None
+    bound, cost, sampled = plan.certificate.bound, known["cost"], known["cost_sampled"]
     gap = gap_sampled = None
     if sampled >= bound:
         gap_sampled = _part(sampled - bound, sampled)
@@ -164,6 +178,10 @@ def _compared(plan: Plan, known: dict[str, Any], why: str | None) -> Distance:
             gap = max(_part(most - bound, cost), 0.0)
         else:
             why = f"it costs {bound - most:.1e} less than that, which only what the checks tolerate explains"
+    if not plan.certificate.rigorous:
+        return Distance(
+            **known, optimum=plan.cost, reason=why, plan=plan, estimated_bound=bound, estimated_gap=gap
+        )  # fmt: skip
     return Distance(
         **known, lower_bound=bound, optimum=plan.cost, gap=gap, gap_sampled=gap_sampled, reason=why, plan=plan
     )

@@ -10,6 +10,7 @@ import numpy as np
 from selfmotion._checks import number, positive
 from selfmotion._types import FloatArray
 from selfmotion.angles import wrap
+from selfmotion.certificate.infeasibility import unproved
 from selfmotion.certificate.joined import leads_on
 from selfmotion.errors import Blocked, InfeasibleError, InvalidInputError, NothingFeasibleError, UndecidedError
 from selfmotion.optimizers import Progress
@@ -39,7 +40,9 @@ _BACK = 0.05  # how near postures are that lead back to a motion [rad]
 _TIED = 1.0  # widest start of a cyclic motion in the first round; half as wide in every further one [rad]
 
 
+_REFUTED = 1e-9  # relative
 _ARGUMENT = "values on cells of the self-motion, pair by pair"
+_ESTIMATE = "an estimate, since these cells are not proved to be all"
 
 
 class Global(Planner):
@@ -62,7 +65,7 @@ class Global(Planner):
     For arms with one redundant degree of freedom. All elbows, all components of the angle domain, folds, self-motion at
     a frozen r and all turns of limited joints are covered by the bound; joints with a limit on one side only count as
     free in it. Method and proof: docs/mathematics. What was proved is in the plan's ``lower_bound``, ``gap`` and
-    ``certificate``.
+    ``certificate``. Of an arm that is not rigorous the same figures are ``estimated_bound`` and ``estimated_gap``.
     """
 
     kind = "global"
@@ -144,6 +147,8 @@ class _Search:
             if tube.is_empty:
                 self._explain()
                 at = next(part.r for part in tube.slices if not len(part.cells))
+                if not problem.arm.rigorous:
+                    raise unproved(f"no posture inside the limits was found at r = {at:.6g}")
                 raise InfeasibleError([Blocked((at, at), "joint limits")])
             parts = [_Part(tube, spacing)]
             while parts:
@@ -224,7 +229,12 @@ class _Search:
 
         slices = sorted((part for tube in self.tubes for part in tube.slices), key=lambda part: part.r)
         tube = tuple(TubeSlice(part.r, part.cells.a, part.cells.b) for part in slices)
-        return Certificate(self.bound, argument, tuple(self.levels), tube)
+        if self.problem.arm.rigorous:
+            return Certificate(self.bound, argument, tuple(self.levels), tube)
+        bound, why = self.bound, _ESTIMATE
+        if bound > self.threshold * (1.0 + _REFUTED):  # by a motion through postures that were not seen
+            bound, why = 0.0, "its estimate was above the cost of a motion found later, and does not count"
+        return Certificate(bound, f"{argument}; {why}", tuple(self.levels), tube, rigorous=False)
 
     def _on_slabs(self, r: FloatArray) -> BestMotion | None:
         """Return what a round wants to know of the best motion on slabs between r (k + 1,)."""
@@ -295,7 +305,10 @@ class _Search:
         if posture.q is not None:
             return cover.points(posture.q[None], turned)
         arm, x = self.problem.arm, self.problem.path(r)
-        if not all((np.abs(arm.derivative(x, posture.u, b)[0]) < _STEEP).all() for b in self.problem.elbow_branches):
+        branches = self.problem.elbow_branches
+        if not arm.rigorous:  # whose branches are numbers, most of which there are not
+            branches = [b for b in branches if arm.solve(x, posture.u, b)[1]]
+        if not all((np.abs(arm.derivative(x, posture.u, b)[0]) < _STEEP).all() for b in branches):
             # At a singular posture u does not tell all joints: every posture near it is allowed.
             cells = cover.cells(x, _NEAR)
             room = (0.5 * np.abs(cells.b - cells.a) + cells.dev).sum(axis=1)  # u is a sum of joints

@@ -76,7 +76,9 @@ def _space_figures(plan: Plan) -> dict[str, bytes]:
         for lowest in axes[panels - _COLUMNS : panels]:
             lowest.set_xlabel("path parameter r")
         if plan.certificate is not None:
-            canvas.suptitle(verdict(plan.cost, plan.cost_error, plan.certificate.bound), fontsize=8.5)
+            proof = plan.certificate
+            said = verdict(plan.cost, plan.cost_error, proof.bound, rigorous=proof.rigorous)
+            canvas.suptitle(said, fontsize=8.5)
         return image_files("joints", canvas)
 
 
