@@ -46,6 +46,7 @@ GAUSS = 16
 """Nodes of the Gauss rule."""
 _GAUSS_NODES, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(GAUSS)
 
+_SHARE = 1e-3  # of the error allowed, for any panel: where integrands are steep, narrow ones do not count by width
 _MAX_ROUNDS = 60
 _MAX_PANELS = 40_000  # smooth integrands take tens; where this many do not help, rounding is all there is to find
 
@@ -91,7 +92,7 @@ def integrate(function: Callable[[FloatArray], FloatArray], edges: FloatArray, t
         rough += _BLIND * 2 * half * np.where(np.isfinite(surprise), surprise, 0.0).sum(axis=1)
         weight = np.abs(values) @ _KRONROD * half
         panels += len(left)
-        allowed = tolerance * max((magnitude + weight.sum()) / span, 1e-300) * 2 * half
+        allowed = tolerance * max(magnitude + weight.sum(), 1e-300) * np.maximum(2 * half / span, _SHARE)
         floor = 50 * np.finfo(float).eps * weight
         too_small = half <= 4 * np.finfo(float).eps * np.maximum(np.abs(middle), span * 1e-3)
         split = (rough > np.maximum(allowed, floor)) & ~too_small

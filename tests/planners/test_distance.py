@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import selfmotion as sm
+from selfmotion.certificate.verdict import percent
 from selfmotion.judgement import Tolerances
 from selfmotion.planners.distance import Distance
 
@@ -39,7 +40,7 @@ def test_a_motion_of_known_cost(problem, best, sinusoid):
     assert found.gap_sampled < found.gap
     assert found.reason is None
     assert str(found) == (
-        f"at most 7.4 % of its cost {found.cost:.6g} could be saved: best motion found 4.88945, "
+        f"at most {percent(found.gap)} of its cost {found.cost:.6g} could be saved: best motion found 4.88945, "
         f"none is below {best.lower_bound:.6g}"
     )
 

@@ -34,7 +34,7 @@ def test_known_optima(name):
     assert plan.verification.holds
     assert plan.gap <= 1e-4
     assert plan.lower_bound <= cost
-    assert plan.cost <= cost * (1 + 1e-7)
+    assert plan.cost <= cost * (1 + 1e-6)  # a tenth of what it is polished to for this gap
     assert plan.gap == pytest.approx((plan.cost + plan.cost_error - plan.lower_bound) / plan.cost)
 
 

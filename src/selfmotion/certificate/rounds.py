@@ -10,13 +10,14 @@ from selfmotion._types import BoolArray, FloatArray
 from selfmotion.certificate.tube import Chain
 
 _LEFT = 0.1  # part of what chords lose that may be in slabs that are not halved
-_ENOUGH = 0.55  # of the gap asked for: what chords need not lose less than
+_ENOUGH = 0.7  # of the gap asked for: what chords need not lose less than
 _WIDEST = 1 / 60  # slabs that are halved in any case
 _SHARE = 3.0  # square of the spacing, as a part of what a slab's chord may lose, for l1 and l2
 _LOSS = 0.3  # loss of the proof per slab for want of shorter cells, as a part of what its chord may lose
 _PER_STEP = 4.0  # longest cells, in slab widths [rad]
 _WANTED = 0.3  # part of the gap asked for that chords need not lose less than
 _NARROWER = 0.1  # what spacing is multiplied by at least, from one round to the next
+_AT_ONCE = 0.35  # the same where cells lose more than chords do: the tube gets narrower by that, with fewer cells
 _JUMP = 3.0  # chords that are so many times as long as most
 _WITHOUT = 0.35  # what spacing is multiplied by where no motion is known
 
@@ -50,6 +51,8 @@ def finer(
         If one is known. Slabs where it is longest beyond its chord are halved, no more of them than `wanted` needs;
         that excess falls to a quarter then. So are those where the cheapest chords jump and it does not. Cells get
         shorter where they lost more than a part of what chords will lose then: that falls with their length's cube.
+        Where they should be much shorter at once, they are made somewhat shorter first, and no slab is halved: most of
+        them are dropped in between.
     wanted : float
         Cost that may be left unproved.
     objective : str
@@ -75,7 +78,10 @@ def finer(
     most = _PER_STEP * np.minimum(np.append(step, np.inf), np.append(np.inf, step))
     if objective != "joint_travel":  # values are carried as straight lines over cells then
         most = np.minimum(most, np.sqrt(_SHARE * allowed))
-    return slabs, np.minimum(spacing * np.clip(measured, _NARROWER, 1.0), most)
+    shorter = np.minimum(spacing * np.clip(measured, _NARROWER, 1.0), most)
+    if so_far[-1] > excess.sum() and (shorter < _AT_ONCE * spacing).any():
+        return np.zeros(len(h), bool), np.maximum(shorter, _AT_ONCE * spacing)
+    return slabs, shorter
 
 
 def with_new(spacing: FloatArray, slabs: BoolArray) -> FloatArray:

@@ -113,12 +113,23 @@ class Setting(NamedTuple):
     objective : str
         Its kind.
     weights : array, shape (n,)
+    breaks : array, shape (k,)
+        Where the path is not smooth; slabs are best cut there.
     """
 
     cover: Cover
     task: Callable[[float], FloatArray]
     objective: str
     weights: FloatArray
+    breaks: FloatArray = np.empty(0)
+
+    def cut(self, low: float, high: float) -> float:
+        """Return where to halve a slab: at the break nearest its middle, if one is in its middle half."""
+        middle = 0.5 * (low + high)
+        if not len(self.breaks):
+            return middle
+        nearest = float(self.breaks[np.abs(self.breaks - middle).argmin()])
+        return nearest if abs(nearest - middle) < 0.25 * abs(high - low) else middle
 
 
 class Tie(NamedTuple):
@@ -192,7 +203,7 @@ class Tube:
             self.slices[k] = part.below(threshold, part.least)
 
     def refined(self, slabs: BoolArray, spacing: FloatArray, threshold: float, deadline: float = np.inf) -> Tube:
-        """Return the tube with a new slice in the middle of each chosen slab.
+        """Return the tube with a new slice about the middle of each chosen slab.
 
         Parameters
         ----------
@@ -246,8 +257,8 @@ class Tube:
         return Chain(self.r, np.array(q[::-1]), np.array(lost[::-1]))
 
     def _between(self, one: Slice, two: Slice, spacing: float, threshold: float, deadline: float) -> Slice:
-        """Return the slice half-way between two, with the cells that a motion cheaper than `threshold` may pass."""
-        now, r = _COARSE, 0.5 * (one.r + two.r)
+        """Return a slice about half-way between two, with the cells that a motion cheaper than `threshold` may pass."""
+        now, r = _COARSE, self.setting.cut(one.r, two.r)
         x = self.setting.task(r)
         new = self._slice(r, x, self.setting.cover.cells(x, now))
         while True:

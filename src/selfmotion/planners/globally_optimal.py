@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from selfmotion.certificate.rounds import BestMotion
     from selfmotion.certificate.tube import Chain, Tube
 
-_SLICES = 24  # slabs to begin with
+_SLICES = 16  # slabs to begin with …
+_FEW, _ROUGH = 8, 0.1  # … and for gaps above the latter
 _DENSITY = 4.0  # cells to begin with are this times h^1.5 long, slabs being h wide [rad]
 _STARTS = 16  # random starts for a motion where the cheapest chords lead to none
 _MARGIN = 1e-12  # relative
@@ -35,10 +36,11 @@ _STEEP = 1e5  # |dq/du| beyond which a start given by u leaves joints open
 _NEAR = 1e-2  # length of cells then [rad]
 _FOR_A_REASON = 0.5  # part of the time left that goes into a proof that there is no motion, where it looks like that
 _POLISHED = 0.1  # of the gap asked for, what the motion may cost for want of knots
-_POLISHED_FOR_LARGE = 1e-3  # the same of gaps above 1e-2, but no less than 1e-5
+_POLISHED_FOR_LARGE = 5e-3  # the same of gaps above 1e-2, but no less than 1e-5
+_WITHIN = 4  # chords in a slab by which the best motion's length is known
 _BACK = 0.05  # how near postures are that lead back to a motion [rad]
 _TIED = 1.0  # widest start of a cyclic motion in the first round; half as wide in every further one [rad]
-
+_warmed: set[tuple[str, tuple[str, ...], str]] = set()  # arms and objectives whose kernels are loaded
 
 _REFUTED = 1e-9  # relative
 _ARGUMENT = "values on cells of the self-motion, pair by pair"
@@ -137,11 +139,13 @@ class _Search:
 
         problem = self.problem
         cover = problem.arm.cover(problem.elbow)
-        setting = Setting(cover, problem.path, problem.objective.kind, problem.weights.copy())
-        spacing = np.full(_SLICES + 1, _DENSITY / _SLICES**1.5)
+        kind, breaks = problem.objective.kind, problem.path.breaks
+        setting = Setting(cover, problem.path, kind, problem.weights.copy(), breaks)
+        slices = _FEW if self.planner.gap > _ROUGH else _SLICES
+        spacing = np.full(slices + 1, _DENSITY / slices**1.5)
         try:
             tube = first_tube(
-                setting, _slices(problem.path.breaks), float(spacing[0]),
+                setting, _slices(problem.path.breaks, slices), float(spacing[0]),
                 self._given(cover, problem.start, 0.0), self._at_end(cover), self.deadline,
             )  # fmt: skip
             if tube.is_empty:
@@ -242,11 +246,13 @@ class _Search:
 
         if self.best is None:
             return None
-        motion, objective, weights, h = self.best.motion, self.problem.objective, self.problem.weights, np.diff(r)
-        q, at_middle = motion(r), motion(0.5 * (r[1:] + r[:-1]))
-        halves = [objective.chord(half, 0.5 * h, weights) for half in (at_middle - q[:-1], q[1:] - at_middle)]
-        steps = np.diff(q, axis=0)
-        return BestMotion(np.maximum(halves[0] + halves[1] - objective.chord(steps, h, weights), 0.0), steps)
+        motion, objective, weights = self.best.motion, self.problem.objective, self.problem.weights
+        within = np.linspace(r[:-1], r[1:], _WITHIN, endpoint=False, axis=1).ravel()
+        finer = np.union1d(np.append(within, r[-1]), self.problem.path.breaks)
+        q, own = motion(finer), np.searchsorted(finer, r)
+        lengths = np.append(0.0, np.cumsum(objective.chord(np.diff(q, axis=0), np.diff(finer), weights)))[own]
+        steps = np.diff(q[own], axis=0)
+        return BestMotion(np.maximum(np.diff(lengths) - objective.chord(steps, np.diff(r), weights), 0.0), steps)
 
     def _improve(self, chain: Chain) -> None:
         """Look for a better motion near the cheapest chords, and anywhere as long as none is known."""
@@ -273,7 +279,7 @@ class _Search:
 
     def _is_known(self, q: FloatArray, r: FloatArray) -> bool:
         """Return whether postures q (k, n) at r are so near the best motion that they would lead back to it."""
-        if self.best is None or not self.best.settled or self.problem.objective.has_kinks:
+        if self.best is None or not self.best.settled or self.problem.objective.kind == "l1":  # l1 has many optima
             return False
         return bool(np.abs(self.problem.arm.limits.steps(self.best.motion(r), q)).max() <= _BACK)
 
@@ -336,9 +342,12 @@ class _Part:
 
 
 def _warm(problem: Problem) -> None:
-    """Have the kernels compiled, or loaded, before the clock starts."""
+    """Have the kernels compiled, or loaded, before the clock starts: once for arms that use the same ones."""
     from selfmotion.certificate.tube import Setting, first_tube
 
+    kernels = (type(problem.arm).__name__, problem.arm.branches, problem.objective.kind)
+    if kernels in _warmed:
+        return
     setting = Setting(problem.arm.cover(), problem.path, problem.objective.kind, np.ones(problem.arm.n))
     tube = first_tube(setting, np.array([0.0, 1.0]), 2.0)
     if not tube.is_empty:
@@ -346,12 +355,13 @@ def _warm(problem: Problem) -> None:
         setting.cover.split(first.x, first.cells[:1], np.array([2.0]))
         tube.evaluate()
         tube.cheapest()
+    _warmed.add(kernels)
 
 
-def _slices(breaks: FloatArray) -> FloatArray:
+def _slices(breaks: FloatArray, count: int) -> FloatArray:
     """Return the path parameters to begin with: even ones, moved to the path's breaks where these are near."""
-    r = np.linspace(0.0, 1.0, _SLICES + 1)
+    r = np.linspace(0.0, 1.0, count + 1)
     if len(breaks):
         near = breaks[np.abs(breaks[None] - r[1:-1, None]).argmin(axis=1)]
-        r[1:-1] = np.where(np.abs(near - r[1:-1]) < 0.5 / _SLICES, near, r[1:-1])
+        r[1:-1] = np.where(np.abs(near - r[1:-1]) < 0.5 / count, near, r[1:-1])
     return r

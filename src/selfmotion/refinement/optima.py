@@ -21,11 +21,12 @@ from selfmotion.verification import Failure, Verification, verify_motion
 _COARSE = 48  # spans that starts are compared on
 _NEAR = 72  # spans for a start that is near its optimum
 _MOST_SPANS = 400
-_MOST_CORNERS = 48
+_MOST_CORNERS = 128
 _JUST_BEFORE = 1e-9  # a corner, in r
 _TURN = 1e-3  # change of x' at a corner, as a part of the path's length
 _LEVELS = 8
-_EXACT = 1e-7  # a cost that two quadratures agree upon to this part needs no finer knots
+_EXACT = 1e-7  # a cost that two quadratures agree upon to this part needs no finer knots …
+_AGREED, _LOOSE = 0.1, 1e-4  # … nor one to this part of the tolerance, if that is loose
 _ROUGH = 1e-6  # correction [rad] of spans that are bisected, or those corrected by half the largest if that is less
 _COARSE_TOLERANCE = 1e-7  # of Newton's method on the coarse level
 _REFINED = 3  # optima that are refined to the end, at most, once one of them holds
@@ -33,7 +34,7 @@ _CAUTION = 10.0  # times as much as refinement changed one cost it may change an
 _CAUTION_WITH_KINKS = 0.3  # what rounding off a kink changes, it changes of all costs alike
 _COLD, _WARM = 1e-2, 1e-5  # first weight of the barrier, far from an optimum and near it
 _MOST_FINE = 100  # iterations on a finer level
-_LEAST_WITH_KINKS = 1e-4  # tolerance that is worth its time for objectives with kinks
+_LEAST_WITH_KINKS = 1e-5  # tolerance that is worth its time for objectives with kinks
 # Two optima are one if their costs agree to this part and their joints to this angle [rad].
 _SAME_COST = 1e-4
 _SAME_ANGLE = 0.05
@@ -190,19 +191,19 @@ class Optima:
         tolerance, width = self.tolerance, _NARROWEST
         if self.problem.objective.has_kinks:
             tolerance, width = max(tolerance, _LEAST_WITH_KINKS), _WIDTH
+        agreed = _AGREED * tolerance if tolerance > _LOOSE else min(_AGREED * tolerance, _EXACT)
         before = np.inf
         for _ in range(_LEVELS):
             if time.perf_counter() > self.deadline:
                 break
             space, motion = optimum.collocation.space, optimum.motion
             cost = self.cost_of(motion)
-            settled = (
-                abs(cost - before) <= tolerance * cost
-                or abs(cost - optimum.cost) <= min(0.1 * tolerance, _EXACT) * cost
-            )
+            blur = abs(cost - optimum.cost)  # by rounding and by what the spline is corrected
+            settled = abs(cost - before) <= tolerance * cost or blur <= agreed * cost
+            sharp = width <= _NARROWEST or blur <= tolerance * cost
             correction = _corrections(motion)
             rough = correction > min(_ROUGH, 0.5 * correction.max())
-            if width <= _NARROWEST and (settled or len(rough) + rough.sum() > _MOST_SPANS):
+            if sharp and (settled or len(rough) + rough.sum() > _MOST_SPANS):
                 break
             finer = space.bisected(rough) if len(rough) + rough.sum() <= _MOST_SPANS else space
             before, width = cost, max(_NARROWER * width, _NARROWEST)
