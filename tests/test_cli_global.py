@@ -96,7 +96,7 @@ def test_verify_says_how_far_from_the_best_possible(run, seed_file, written, see
     assert (code, err) == (0, "")
     assert out.splitlines()[0].startswith("the motion holds: travel 5.277")
     assert out.splitlines()[1].startswith(
-        "  at most 7.4 % of its cost 5.27749 could be saved: best motion found 4.88945"
+        "  at most 7.5 % of its cost 5.27749 could be saved: best motion found 4.88945"
     )
     result = read(run("verify", problem, motion, "--json", "--gap", "1e-2")[1])
     assert result["status"] == "holds"

@@ -66,3 +66,16 @@ def test_kinks_and_jumps_near_a_panel_s_ends_are_seen(place):
     assert abs(kink.value - (place**2 + (1 - place) ** 2) / 2) <= kink.error
     jump = integrate(lambda r: (r > place) * 1.0, edges)
     assert abs(jump.value - (1 - place)) <= jump.error + 1e-16
+
+
+def test_where_an_integrand_is_steep_and_noisy_panels_are_not_halved_for_ever():
+    """The rates of a motion that starts at a singular posture: square roots, and rounding magnified by steepness."""
+    asked = []
+
+    def rates(x):
+        asked.append(len(x))
+        return (1.0 + 1e-16 * np.sin(1e15 * x) / (x + 1e-7)) / np.sqrt(x + 1e-6)
+
+    result = integrate(rates, np.linspace(0.0, 1.0, 65))
+    assert sum(asked) < 50_000
+    assert abs(result.value - 2 * (np.sqrt(1 + 1e-6) - 1e-3)) < 1e-6

@@ -46,5 +46,17 @@ def test_cells_get_shorter_where_they_lost_too_much():
     assert set(np.flatnonzero(spacing < 0.01)) == {60, 61}
 
 
+def test_a_tube_is_narrowed_before_cells_get_much_shorter():
+    """Halving slabs, or very short cells, would cost most where most of the cells are about to be dropped."""
+    lost = np.linspace(0.0, 10.0, 101)
+    slabs, spacing = finer(chain(lost=lost), np.full(101, 0.1), best(np.full(100, 1e-3)), 1e-3, "l2")
+    assert not slabs.any()
+    assert (spacing < 0.1).all()
+    assert spacing.min() > 0.3 * 0.1
+    # Where chords lose more, slabs are what must be halved.
+    slabs, _ = finer(chain(lost=1e-3 * lost), np.full(101, 0.1), best(np.full(100, 1e-3)), 1e-3, "l2")
+    assert slabs.any()
+
+
 def test_new_slices_have_the_spacing_between_their_neighbours():
     np.testing.assert_allclose(with_new(np.array([1.0, 2.0, 4.0]), np.array([False, True])), [1.0, 2.0, 3.0, 4.0])

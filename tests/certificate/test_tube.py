@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from selfmotion.arms.cells import Cells
-from selfmotion.certificate.tube import Slice
+from selfmotion.certificate.tube import Setting, Slice
 
 
 def two_pieces():
@@ -47,3 +47,12 @@ def test_narrow_holes_are_filled():
     least = np.array([1.0, 3.0, 1.0, 1.0, 3.0, 3.0, 1.0, 1.0, 1.0])
     # The hole in the first piece is one of its own; that between the pieces is none.
     np.testing.assert_array_equal(part.below(2.0, least).least, [0, 1, 2, 3, 6, 7, 8])
+
+
+def test_slabs_are_cut_at_corners_of_the_path_that_are_near_their_middle():
+    setting = Setting(None, None, "l2", np.ones(2), np.array([0.3, 0.62]))
+    assert setting.cut(0.2, 0.5) == 0.3
+    assert setting.cut(0.5, 0.2) == 0.3
+    assert setting.cut(0.28, 0.5) == 0.39  # the corner is beyond the middle half
+    assert setting.cut(0.6, 0.8) == 0.7
+    assert setting._replace(breaks=np.empty(0)).cut(0.0, 1.0) == 0.5

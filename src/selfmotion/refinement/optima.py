@@ -21,7 +21,7 @@ from selfmotion.verification import Failure, Verification, verify_motion
 _COARSE = 48  # spans that starts are compared on
 _NEAR = 72  # spans for a start that is near its optimum
 _MOST_SPANS = 400
-_MOST_CORNERS = 128
+_MOST_CORNERS, _FEW_CORNERS = 128, 48  # the latter if the tolerance is loose
 _JUST_BEFORE = 1e-9  # a corner, in r
 _TURN = 1e-3  # change of x' at a corner, as a part of the path's length
 _LEVELS = 8
@@ -144,7 +144,8 @@ class Optima:
             return breaks
         before = np.maximum(breaks - _JUST_BEFORE, 0.0)
         turn = np.linalg.norm(path(breaks, 1) - path(before, 1), axis=1)
-        sharp = np.argsort(-turn, kind="stable")[:_MOST_CORNERS]
+        most = _FEW_CORNERS if self.tolerance > _LOOSE else _MOST_CORNERS
+        sharp = np.argsort(-turn, kind="stable")[:most]
         return np.sort(breaks[sharp[turn[sharp] > _TURN * path.length]])
 
     def _collocation(self, start: Start, space: SplineSpace, width: float) -> Collocation:
