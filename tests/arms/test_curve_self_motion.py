@@ -8,18 +8,22 @@ import pytest
 import selfmotion as sm
 from selfmotion.angles import TAU, wrap
 from selfmotion.arms import SelfMotion, _srs_kernels
+from selfmotion.arms.catalogue import named_arm
 from selfmotion.arms.chain import Chain
 from selfmotion.arms.spatial import SpatialArm
 from selfmotion.arms.urdf import read_chain
 from selfmotion.domain import feasible_arcs
 from selfmotion.intervals import IntervalSet
 
-ARMS = ("panda", "iiwa7")
+ARMS = ("panda", "iiwa7", "irb120", "ur5e")
+TILTED = {"translation": [0.05, 0.0, 0.1], "rpy": [0.0, 0.7, 0.2]}
 POSES = 8
 GRID = np.linspace(-np.pi, np.pi, 1441)
 
 
 def arm_of(name):
+    if name in ("irb120", "ur5e"):  # the roll of a tool along the last axis would be that joint's angle alone
+        return named_arm(name, TILTED)
     return SpatialArm(read_chain((resources.files("selfmotion.arms") / "data" / f"{name}.urdf").read_text()))
 
 
@@ -31,13 +35,22 @@ def with_limits(arm, joint, low, high):
     chain = arm.chain
     ends = list(zip(arm.limits.lower, arm.limits.upper, strict=True))
     ends[joint] = low, high
-    return SpatialArm(Chain(chain.names, chain.offsets, ends, chain.prismatic, chain.velocity, chain.base, chain.tip))
+    return type(arm)(Chain(chain.names, chain.offsets, ends, chain.prismatic, chain.velocity, chain.base, chain.tip))
 
 
 def excess(arm, x, u, branch):
     """Return by how much postures leave their limits, infinite where there is none."""
     q, ok = arm.solve(x, np.asarray(u)[..., None], branch)
     return np.where(ok, arm.limits.excess(np.where(ok[..., None], q, 0.0)).max(axis=-1), np.inf)
+
+
+def whole_jacobian(arm, q):
+    """Return how six joints move the tool in all six ways: singular where its roll turns about."""
+    turns = np.concatenate([arm.jacobian(q), np.zeros((1, 6))])
+    step = 1e-6
+    ahead, behind = (arm.u_of(q + s * step * np.eye(6))[:, 0] for s in (1, -1))
+    turns[5] = wrap(ahead - behind) / (2 * step)
+    return turns
 
 
 def check_samples(arm, x, branch, found, inside=1e-7, u=GRID):
@@ -108,7 +121,10 @@ def test_ends_are_where_bisection_finds_them_and_their_cause_holds_there(arm, lo
                 q = arm.solve(x[k], [end + inward * 1e-12], branch)[0]
                 assert causes
                 for cause in causes:
-                    assert abs(wrap(q[cause.joint] - cause.value)) <= 2e-5  # near folds like a square root
+                    if cause.joint >= 0:
+                        assert abs(wrap(q[cause.joint] - cause.value)) <= 2e-5  # near folds like a square root
+                    else:
+                        assert abs(np.linalg.det(whole_jacobian(arm, q))) <= 1e-4
                 ends += 1
     assert ends > 50
 
@@ -124,7 +140,10 @@ def test_breakpoints_are_exact(arm, looked_at):
     columns = np.broadcast_to(np.arange(known.shape[1]), known.shape)[known]
     for posture, column in zip(q, columns, strict=True):
         cause = found.causes[column]
-        assert abs(wrap(posture[cause.joint] - cause.value)) <= 1e-14
+        if cause.joint >= 0:
+            assert abs(wrap(posture[cause.joint] - cause.value)) <= 1e-14
+        else:
+            assert abs(np.linalg.det(whole_jacobian(arm, posture))) <= 1e-9
 
 
 def test_s_r_s_intervals_are_those_of_the_closed_form():
@@ -211,7 +230,7 @@ def test_limits_touched_or_nearly(arm, offset):
         if found is None or tried >= 2:
             continue
         branch, u, most = found
-        narrow = with_limits(arm, joint, most - offset, arm.limits.upper[joint])
+        narrow = with_limits(arm, joint, most - offset, min(most + 0.5, arm.limits.upper[joint]))
         arcs = feasible_arcs(narrow.self_motion(), x[None])[branch].interval_set(0)
         if offset < 0.0:
             assert arcs.distance(u) > 0.0, k

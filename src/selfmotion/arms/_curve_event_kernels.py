@@ -2,7 +2,8 @@
 
 A piece from a to b, whose tangents are known as well, is looked at as the cubic through both. That tells how often a
 joint takes a value there. Where it does so is then found by Newton's method on the chain, the joint standing at that
-value. Where a joint nearly turns about at the value, the place where it turns about is found first.
+value. Where a joint nearly turns about at the value, the place where it turns about is found first. Where the tool's
+roll turns about, no joint need be at a value that is known: such places are found by bisection.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ _TOUCH = 1e-13  # what a joint may miss a value by, and touch it [rad]
 _BISECTIONS = 30
 _NEWTON = 8
 _OVER = 0.05  # how far beyond a piece its turning points are looked for, in parts of it
+LOOKS = 4  # parts of a piece at whose ends it is looked at which way the tool rolls
+_STILL = 1e-9  # by what the tool rolls, per radian of self-motion, where it counts as standing still
 
 
 class Values(NamedTuple):
@@ -209,4 +212,59 @@ def find_places(chain: Chain, task: Task, a: FloatArray, b: FloatArray, wanted: 
                 cubic(a[k], b[k], tangents, 0.5 * (low + high), q)
                 if pinned(chain, task, q, j, value, farthest, chart):
                     count = note(found, count, q, p)
+    return count
+
+
+@kernel
+def rolling(chain: Chain, task: Task, q: FloatArray, chord: FloatArray, tangent: FloatArray, chart: Chart) -> float:
+    """Return how fast the tool turns about its z-axis along the self-motion through q, in the chord's sense."""
+    if not null_direction(chain, task, q, chart, tangent):
+        return 0.0
+    along, turn = 0.0, 0.0
+    for j in range(len(q)):
+        along += tangent[j] * chord[j]
+        for i in range(3):
+            turn += chart.rotation[i, 2] * chart.axes[j, i] * tangent[j]
+    return np.copysign(turn, turn * along)
+
+
+@kernel
+def find_turns(chain: Chain, task: Task, a: FloatArray, b: FloatArray, found: Places) -> int:
+    """List where on the pieces from a to b (k, n) the tool's roll turns about; return how many there are."""
+    n = a.shape[1]
+    chart, tangents, tangent = chart_for(n), np.empty((2, n)), np.empty(n)
+    q, chord, count = np.empty(n), np.empty(n), 0
+    for k in range(len(a)):
+        fill_tangents(chain, task, a[k], b[k], chart, tangents)
+        length = 0.0
+        for i in range(n):
+            chord[i] = b[k, i] - a[k, i]
+            length += chord[i] ** 2
+        length = np.sqrt(length)
+        if length == 0.0:
+            continue
+        for i in range(n):
+            chord[i] /= length
+        before = rolling(chain, task, a[k], chord, tangent, chart)
+        for look in range(LOOKS):
+            low, high = look / LOOKS, (look + 1) / LOOKS
+            cubic(a[k], b[k], tangents, high, q)
+            if settle(chain, task, q, chord, 2.0 * length + 1e-6, chart) < 0.0:
+                break
+            after = rolling(chain, task, q, chord, tangent, chart)
+            if before * after < 0.0 and max(abs(before), abs(after)) > _STILL:
+                there = True
+                for _ in range(2 * _BISECTIONS):
+                    middle = 0.5 * (low + high)
+                    cubic(a[k], b[k], tangents, middle, q)
+                    there = settle(chain, task, q, chord, 2.0 * length + 1e-6, chart) >= 0.0
+                    if not there:
+                        break
+                    if rolling(chain, task, q, chord, tangent, chart) * before > 0.0:
+                        low = middle
+                    else:
+                        high = middle
+                if there:
+                    count = note(found, count, q, 0)
+            before = after
     return count

@@ -28,8 +28,9 @@ _STILL = 1e-10  # by how much u may move where it stands still and a joint is fr
 _MOVING = 1e-3  # by how much some joint moves there [rad]
 _ONE = 1e-7  # free joints at places that differ by less are one [rad]
 _ON_BRANCH = 1e-9  # [rad]
-_PARAMETERS = ("q7", "arm angle")
+_PARAMETERS = ("q7", "arm angle", "roll")
 _MARKER = Cause("marker", -1, np.nan)
+_TURN = Cause("fold", -1, np.nan)  # where the roll turns about: no single joint need be at a value that is known
 
 
 class _Row(NamedTuple):
@@ -42,7 +43,7 @@ class _Row(NamedTuple):
 
 
 class CurveSelfMotion:
-    """The self-motion of a spatial arm, u being what its closed form is solved at: θ7, or the arm angle.
+    """The self-motion of a spatial arm, u being what its closed form is solved at: θ7, the arm angle, or the roll.
 
     Parameters
     ----------
@@ -84,7 +85,10 @@ class CurveSelfMotion:
             for kind, ends in (("lower limit", arm.limits.lower), ("upper limit", arm.limits.upper))
         ]
         sought = limits + [(fold, True) for fold in _folds(arm)]
-        self.causes = (*(cause for cause, _ in sought), *(Cause("free", j, np.nan) for j in range(arm.n)), _MARKER)
+        self._rolls = arm.closed_form.family.parameter == "roll"
+        turns = (_TURN,) if self._rolls else ()
+        free = (Cause("free", j, np.nan) for j in range(arm.n))
+        self.causes = (*(cause for cause, _ in sought), *turns, *free, _MARKER)
         joints = np.array([cause.joint for cause, _ in sought], np.int64)
         values = np.array([cause.value for cause, _ in sought], float) + arm.closed_form.shift[joints]
         self._sought = kernels.Values(joints, values, np.array([turning for _, turning in sought], bool))
@@ -160,12 +164,20 @@ class CurveSelfMotion:
         shift, capacity = self.arm.closed_form.shift, 64
         curves = cells.pieces[:, 1] != _ROUGH
         a, b = cells.a[curves] + shift, cells.b[curves] + shift
+        task = self.arm.task(x)
         while True:
             found = kernels.Places(np.empty((capacity, self.n)), np.empty(capacity, np.int64))
-            count = kernels.find_places(self.arm.kernel, self.arm.task(x), a, b, self._sought, found)
+            count = kernels.find_places(self.arm.kernel, task, a, b, self._sought, found)
             if count <= capacity:
-                return found.q[:count] - shift, found.which[:count]
+                break
             capacity = count
+        q, which = found.q[:count] - shift, found.which[:count]
+        if not self._rolls:
+            return q, which
+        turns = kernels.Places(np.empty((kernels.LOOKS * len(a), self.n)), np.empty(kernels.LOOKS * len(a), np.int64))
+        count = kernels.find_turns(self.arm.kernel, task, a, b, turns)
+        mine = np.full(count, len(self._sought.joints))
+        return np.concatenate([q, turns.q[:count] - shift]), np.concatenate([which, mine])
 
     def _free(self, cells: Cells) -> list[_Row]:
         """Return where u stands still while a joint turns: one breakpoint each, with a posture that fits if any."""
@@ -207,7 +219,7 @@ class CurveSelfMotion:
 def _folds(arm: SpatialArm) -> list[Cause]:
     """Return the joint values at which two branches meet while u turns about."""
     if arm.closed_form.family.parameter != "q7":
-        return []  # the arm angle turns about nowhere
+        return []  # the arm angle turns about nowhere, and where the roll does no joint's value tells
     _, d3, a4, d5, a5, _ = arm.geometry
     stretched = np.arctan2(d3, a4) - np.arctan2(d5, a5)
     values = ((3, stretched), (3, stretched + np.pi), (4, -0.5 * np.pi), (4, 0.5 * np.pi))

@@ -29,9 +29,9 @@ class Cause(NamedTuple):
         ``"fold"`` (two branches meet), ``"lower limit"``, ``"upper limit"``, ``"free"`` (the joint turns while u stands
         still) or ``"marker"`` (nothing happens there in general; a singular posture may).
     joint : int
-        The joint concerned, counted from 0; −1 for markers.
+        The joint concerned, counted from 0; −1 for markers, and for folds that no single joint tells.
     value : float
-        Its angle there [rad], NaN for markers and where it is free.
+        Its angle there [rad], NaN for markers, where it is free, and for folds that no single joint tells.
     """
 
     kind: str
@@ -40,7 +40,7 @@ class Cause(NamedTuple):
 
     def __str__(self) -> str:
         name = f"θ{self.joint + 1}"
-        if self.kind == "fold":
+        if self.kind == "fold" and self.joint >= 0:
             return f"fold {name} = {_ANGLES.get(self.value, f'{self.value:.4g}')}"
         if self.kind == "free":
             return f"{name} free"

@@ -116,8 +116,10 @@ class RollArm(SpatialArm):
         return self._frames(joints.reshape(-1, self.n))[0][:, :, 2].reshape(*joints.shape[:-1], 3)
 
     def is_on_branch(self, q: ArrayLike, branch: int | str, tolerance: float) -> BoolArray:
-        """Return whether postures (..., n) are on a branch, shape (...)."""
-        return np.asarray(self.branch_of(q) == branch_index(self.branches, branch))
+        """Return whether postures (..., n) are on a branch, or within `tolerance` of its fold along the self-motion."""
+        joints, index = self._joints(q), branch_index(self.branches, branch)
+        along = tolerance * np.linalg.svd(self.jacobian(joints))[2][..., -1, :]
+        return np.asarray(np.any([self.branch_of(joints + s * along) == index for s in (-1.0, 0.0, 1.0)], axis=0))
 
     def boxes(self, elbow: str = "any", around: ArrayLike | None = None) -> list[JointBox]:
         """Return the joint limits.

@@ -10,7 +10,7 @@ from selfmotion._types import FloatArray
 from selfmotion.arms import RedundantArm
 from selfmotion.breaks import Break
 from selfmotion.certificate.verdict import verdict
-from selfmotion.domain import angle_domain
+from selfmotion.domain import SampledDomain, angle_domain
 from selfmotion.paths.base import PLANE
 from selfmotion.plans import Plan
 from selfmotion.plot.connectivity import draw_sampled_joints, draw_samples
@@ -35,24 +35,24 @@ _COLUMNS = 4  # of panels, one per joint
 
 def plan_figure_names(arm: RedundantArm) -> list[str]:
     """Return the names of the files that :func:`plan_figures` makes for an arm."""
-    if arm.dimension != PLANE:
-        names = ["joints"]
-    else:
-        names = ["postures", "joints", *(["motion_in_domain"] if arm.n_u == 1 else [])]
+    names = ["joints"] if arm.dimension != PLANE else ["postures", "joints"]
+    if _has_domain(arm):
+        names.append("motion_in_domain")
     return [f"{name}.{suffix}" for name in names for suffix in ("png", "svg")]
 
 
 def plan_figures(plan: Plan) -> dict[str, bytes]:
     """Return the pictures of a plan, PNG and SVG, as file name to bytes.
 
-    Of arms in space these are the joint angles and the redundancy parameter; neither postures nor the angle domain.
+    Of arms in space these are the joint angles and the redundancy parameter, and the motion in the angle domain of each
+    branch if that is told; no postures.
     """
     if plan.problem.arm.dimension != PLANE:
         return _space_figures(plan)
     files = rendered("postures", draw_postures, plan, height=3.2) | rendered("joints", draw_joints, plan)
     if plan.certificate is not None:
         files |= rendered("motion_in_domain", draw_optimum, plan, height=3.2)
-    elif plan.problem.arm.n_u == 1:
+    elif _has_domain(plan.problem.arm):
         r = plan.problem.rows
         domain = angle_domain(plan.problem.arm, plan.problem.path)
         on, u = plan.problem.arm.branch_of(plan(r)), plan.u(r)[:, 0]
@@ -79,7 +79,18 @@ def _space_figures(plan: Plan) -> dict[str, bytes]:
             proof = plan.certificate
             said = verdict(plan.cost, plan.cost_error, proof.bound, rigorous=proof.rigorous)
             canvas.suptitle(said, fontsize=8.5)
-        return image_files("joints", canvas)
+        files = image_files("joints", canvas)
+    arm = plan.problem.arm
+    if _has_domain(arm):
+        sampled = SampledDomain(angle_domain(arm, plan.problem.path), range(len(arm.branches)))
+        r = plan.problem.rows
+        files |= sampled_domain_figure(sampled, (r, plan.u(r)[:, 0], arm.branch_of(plan(r))), "motion_in_domain")
+    return files
+
+
+def _has_domain(arm: RedundantArm) -> bool:
+    """Return whether an arm's angle domain is told: of one redundant degree, if its postures are enclosed."""
+    return arm.n_u == 1 and arm.rigorous
 
 
 def motion_figures(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from selfmotion._types import BoolArray, FloatArray
+from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.arms import Cause, RedundantArm
 from selfmotion.domain import SampledDomain
 from selfmotion.plot.domain import legend_below
@@ -77,7 +77,7 @@ def draw_sampled_domain(
 
 
 def sampled_domain_figure(
-    sampled: SampledDomain, motion: tuple[FloatArray, FloatArray, FloatArray] | None = None, name: str = "domain"
+    sampled: SampledDomain, motion: tuple[FloatArray, FloatArray, IntArray] | None = None, name: str = "domain"
 ) -> dict[str, bytes]:
     """Return the angle domains of all branches on which anything is feasible side by side, as file name to bytes.
 
@@ -119,9 +119,9 @@ def sampled_domain_figure(
 
 def name_of(cause: Cause) -> str:
     """Return what a limit or fold is called in a legend."""
-    if cause.kind == "fold":
+    if cause.kind == "fold" and cause.joint >= 0:
         return f"fold θ{cause.joint + 1} = ±π/2" if _is_wrist(cause) else f"fold θ{cause.joint + 1} = {cause.value:.3g}"
-    if cause.kind in ("free", "marker"):
+    if cause.kind in ("fold", "free", "marker"):
         return str(cause)
     return f"θ{cause.joint + 1} {cause.kind.split()[0]}"
 
