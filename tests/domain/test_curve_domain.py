@@ -61,6 +61,20 @@ def test_an_island_that_is_seen_is_there():
     assert [pair for pair in domain(0.59, 2) if pair[0] <= island[0] and island[-1] <= pair[1] <= island[-1] + 2e-6]
 
 
+def test_what_blocks_is_told_of_the_branch_that_is_asked_for():
+    arm, path = named_arm("panda"), circle_path(101)
+    for branch in ("q4- q5in q2+", "q4- q5out q2-", "q4+ q5in q2+"):
+        k = arm.branches.index(branch)
+        sampled = SampledDomain(sm.angle_domain(arm, path), [k], 60)
+        blocked = sm.Problem(arm, path, elbow=branch).blocked
+        ends = np.array([0.0, *(end for part in sampled.stretches(k) for end in part), 1.0]).reshape(-1, 2)
+        expected = [pair for pair in ends if pair[1] - pair[0] > 0.02]
+        np.testing.assert_allclose(
+            np.reshape([part.r for part in blocked], (-1, 2)), np.reshape(expected, (-1, 2)), atol=0.02
+        )
+        assert all(part.cause == "joint limits" for part in blocked)
+
+
 def test_strips_hold_what_is_feasible(case):
     domain, sampled = case
     rng = np.random.default_rng(0)

@@ -12,6 +12,7 @@ from selfmotion._blocks import in_blocks
 from selfmotion._checks import branch_index
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms import RedundantArm, SelfMotion
+from selfmotion.arms.cells import Cover
 from selfmotion.domain.feasible import FeasibleArcs, feasible_arcs
 from selfmotion.domain.structure import DomainStructure
 from selfmotion.domain.sweep import Sweep, sweep
@@ -193,7 +194,7 @@ def blocked_at(arm: RedundantArm, path: Path, r: float, branches: Sequence[int])
     if out_of_reach(arm, path(r)):
         return True
     if not arm.has_structure:
-        return arm.n_u == 1 and arm.rigorous and len(arm.cover().cells(path(r), _COARSE)) == 0
+        return arm.n_u == 1 and arm.rigorous and _is_empty(_covers(arm, branches), path(r))
     return bool(angle_domain(arm, path).is_empty(np.array([r]), branches)[0])
 
 
@@ -223,12 +224,24 @@ def blocked_stretches(arm: RedundantArm, path: Path, samples: int, branches: Seq
         if arm.has_structure:
             empty = angle_domain(arm, path).empty_stretches(samples, branches)
         else:
-            cover = arm.cover()
+            covers = _covers(arm, branches)
             empty = stretches(
-                lambda r: np.array([len(cover.cells(x, _COARSE)) == 0 for x in path(r)], dtype=bool),
+                lambda r: np.array([_is_empty(covers, x) for x in path(r)], dtype=bool),
                 path.grid(min(samples - 1, _PLACES)), _FEW_BISECTIONS,
             )  # fmt: skip
         for low, high in empty:
             if not any(low <= part.r[1] and part.r[0] <= high for part in found):
                 found.append(Blocked((low, high), "joint limits"))
     return sorted(found, key=lambda part: part.r)
+
+
+def _covers(arm: RedundantArm, branches: Sequence[int]) -> list[Cover]:
+    """Return the covers that together hold the postures on some branches."""
+    if len(branches) == len(arm.branches):
+        return [arm.cover()]
+    return [arm.cover(arm.branches[branch]) for branch in branches]
+
+
+def _is_empty(covers: list[Cover], x: FloatArray) -> bool:
+    """Return whether no posture inside the limits does the task at x."""
+    return all(len(cover.cells(x, _COARSE)) == 0 for cover in covers)
