@@ -7,7 +7,7 @@ import pytest
 
 import selfmotion as sm
 from selfmotion.angles import TAU, wrap
-from selfmotion.arms import SelfMotion, _srs_kernels
+from selfmotion.arms import SelfMotion, _srs_arc_kernels
 from selfmotion.arms.catalogue import named_arm
 from selfmotion.arms.chain import Chain
 from selfmotion.arms.spatial import SpatialArm
@@ -154,7 +154,7 @@ def test_s_r_s_intervals_are_those_of_the_closed_form():
     for k, branch in np.ndindex(len(x), len(arm.branches)):
         rotation, position = arm._root(x[k])
         shift = arm.closed_form.shift
-        count = _srs_kernels.feasible_arcs(
+        count = _srs_arc_kernels.feasible_arcs(
             arm.geometry, rotation, position, arm.limits.lower + shift, arm.limits.upper + shift, branch, ends
         )
         wanted, found = IntervalSet(ends[:count], TAU), arcs[branch].interval_set(k)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from selfmotion.arms._roots import EMPTY, FOLDED, MERGED, REGULAR, SINGULAR
-from selfmotion.arms._srs_kernels import arm_angle, branch_of, enclose, feasible_arcs, solve, solve_one, turned
+from selfmotion.arms._srs_arc_kernels import feasible_arcs
+from selfmotion.arms._srs_kernels import arm_angle, branch_of, enclose, solve, solve_one, turned
 
 TAU = 2 * np.pi
 LIMITS = np.radians([170, 120, 170, 120, 170, 120, 175])
