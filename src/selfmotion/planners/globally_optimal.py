@@ -38,6 +38,7 @@ _FOR_A_REASON = 0.5  # part of the time left that goes into a proof that there i
 _POLISHED = 0.1  # of the gap asked for, what the motion may cost for want of knots
 _POLISHED_FOR_LARGE = 5e-3  # the same of gaps above 1e-2, but no less than 1e-5
 _WITHIN = 4  # chords in a slab by which the best motion's length is known
+_MANY_BREAKS = 2000  # more of them turn too little each to be looked at
 _BACK = 0.05  # how near postures are that lead back to a motion [rad]
 _TIED = 1.0  # widest start of a cyclic motion in the first round; half as wide in every further one [rad]
 _warmed: set[tuple[str, tuple[str, ...], str]] = set()  # arms and objectives whose kernels are loaded
@@ -248,7 +249,8 @@ class _Search:
             return None
         motion, objective, weights = self.best.motion, self.problem.objective, self.problem.weights
         within = np.linspace(r[:-1], r[1:], _WITHIN, endpoint=False, axis=1).ravel()
-        finer = np.union1d(np.append(within, r[-1]), self.problem.path.breaks)
+        breaks = self.problem.path.breaks
+        finer = np.union1d(np.append(within, r[-1]), breaks if len(breaks) <= _MANY_BREAKS else [])
         q, own = motion(finer), np.searchsorted(finer, r)
         lengths = np.append(0.0, np.cumsum(objective.chord(np.diff(q, axis=0), np.diff(finer), weights)))[own]
         steps = np.diff(q[own], axis=0)
