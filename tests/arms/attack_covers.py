@@ -628,10 +628,9 @@ def one_pose(arm, cover, name, seed, k, costly, dense):
         kind = COSTLY[(k // costly) % len(COSTLY)]
     elif not dense:
         kind = cheap[k % len(cheap)]
-    elif name.startswith("iiwa"):  # whose covers at other kinds of poses take ten times as long
-        kind = cheap[k // 50 % len(cheap)] if k % 50 == 0 else ("any", "limit")[k % 10 == 1]
-    else:
-        kind = cheap[k // 2 % len(cheap)] if k % 2 else "any"
+    else:  # covers at other kinds of poses take ten times as long, and those of an iiwa are slow to begin with
+        rare = 50 if name.startswith("iiwa") else 10
+        kind = cheap[k // rare % len(cheap)] if k % rare == 0 else ("any", "limit")[k % 10 == 1]
     q = posture(arm, kind, rng)
     if not dense:
         return kind, q, verdict(arm, cover, q, rng, spacings=(float(rng.choice([0.3, 0.1, 0.02])),))

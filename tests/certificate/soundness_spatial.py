@@ -34,6 +34,7 @@ SLABS = 160
 WIDEST = 0.35  # step of a ladder, joint by joint [rad]
 EXACT = 1e-12
 ITSELF = 1e-3  # by which the cost of a plan may differ from what it is found to be here
+ALONG = 1e-4  # of limits, where a plan moves along one of them [rad]
 LATE = 1.2  # of its time limit, after which the planner is called late
 
 
@@ -57,9 +58,9 @@ def corrected(arm, q, x, pull=None):
     return q if settled(offsets, q, rotation, position, 12, np.inf) < EXACT else None
 
 
-def inside(arm, q):
+def inside(arm, q, slack=0.0):
     """Whether postures are within limits."""
-    return bool(((q >= arm.limits.lower) & (q <= arm.limits.upper)).all())
+    return bool(((q >= arm.limits.lower - slack) & (q <= arm.limits.upper + slack)).all())
 
 
 def followed(arm, path, q, steps=SLABS):
@@ -95,14 +96,14 @@ def reachable(arm, kind, rng):
             return path, motion
 
 
-def dense(arm, path, r, q, parts=4):
+def dense(arm, path, r, q, slack, parts=4):
     """Postures between those of a motion, put onto the path one by one; None if the motion does not hold."""
     for _ in range(int(np.log2(parts))):
         between = []
         for k in range(len(r) - 1):
             at = 0.5 * (r[k] + r[k + 1])
             now = corrected(arm, 0.5 * (q[k] + q[k + 1]), path(at))
-            if now is None or not inside(arm, now) or np.abs(now - 0.5 * (q[k] + q[k + 1])).max() > 0.1:
+            if now is None or not inside(arm, now, slack) or np.abs(now - 0.5 * (q[k] + q[k + 1])).max() > 0.1:
                 return None
             between.append(now)
         r = np.insert(r, np.arange(1, len(r)), 0.5 * (r[1:] + r[:-1]))
@@ -120,9 +121,9 @@ def cost_of(problem, r, q):
     return fine, max(fine - coarse, 0.0)
 
 
-def verified(problem, r, q):
+def verified(problem, r, q, slack=0.0):
     """The cost (with what chords may miss) of a motion through postures; infinite if it does not hold."""
-    found = dense(problem.arm, problem.path, r, q)
+    found = dense(problem.arm, problem.path, r, q, slack)
     if found is None:
         return np.inf
     cost, more = cost_of(problem, *found)
@@ -265,9 +266,12 @@ def row_of(arm, given, k):
         status = f"BROKEN {type(error).__name__}"
     seconds = time.perf_counter() - began
     if status == "solved":  # the planner's own motion, followed here: that it holds, and what it costs
-        rivals["itself"] = verified(problem, np.linspace(0.0, 1.0, SLABS + 1), plan(np.linspace(0.0, 1.0, SLABS + 1)))
-        if not abs(rivals["itself"] - cost) < ITSELF * cost:
-            status = f"solved? {rivals['itself']:.5f}"
+        r = np.linspace(0.0, 1.0, SLABS + 1)
+        rivals["itself"] = found = verified(problem, r, plan(r))
+        if not np.isfinite(found):  # along a limit, which postures put onto the path in between may leave
+            found = verified(problem, r, plan(r), ALONG)
+        if not abs(found - cost) < ITSELF * cost:
+            status = f"solved? {found:.5f}"
     best = min(rivals.values())
     wrong = status.startswith(("infeasible", "BROKEN")) or (np.isfinite(bound) and bound > best * (1 + ROUNDING))
     wrong = wrong or (np.isfinite(bound) and bound > cost * (1 + ROUNDING))
