@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from selfmotion.arms import _curve_kernels as kernels
+from selfmotion.arms.catalogue import CATALOGUE
 from selfmotion.arms.cells import Cells
 from selfmotion.arms.curve_cover import CurveCover
 
@@ -13,6 +14,7 @@ SLOW = ("wrist", "wrist ±1e-3", "limit and wrist", "rim")  # of the iiwa: secon
 CASES = [(name, kind) for name in attack.ARMS for kind in KINDS if name in ("panda", "fr3") or kind not in SLOW]
 CASES.append(("iiwa14", "wrist ±1e-3"))
 COVERS = {}
+ROLLING = ("irb120", "kr6r900", "ur5e", "ur10e")
 
 
 def setting(name):
@@ -172,3 +174,35 @@ def test_charts_hold_what_they_say(name):
         np.testing.assert_allclose(chart.by_position, np.linalg.norm(inverse[:, :3], axis=1), rtol=1e-6)
         np.testing.assert_allclose(chart.by_rotation, np.linalg.norm(inverse[:, 3:6], axis=1), rtol=1e-6)
         np.testing.assert_allclose(chart.tangent, inverse[:, 6], rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", list(CATALOGUE))
+def test_nothing_that_the_closed_form_finds_is_lost(name):
+    arm = attack.load(name, tool=attack.TORCH if name in ROLLING else None)
+    cover = arm.cover()
+    checked = 0
+    for seed, kind in enumerate(("any", "limit", "any", "wrist ±1e-3" if name in ROLLING else "any")):
+        rng = np.random.default_rng([6, seed])
+        q = attack.posture(arm, kind, rng)
+        found = attack.dense_verdict(arm, cover, q, rng, (0.3, 0.1)[seed % 2], 0.4)
+        assert not found.faults
+        checked += found.checked
+    assert checked > 1000
+
+
+@pytest.mark.parametrize("name", ["iiwa14", "ur5e"])
+def test_postures_of_the_closed_form_outside_cells_are_told(name):
+    arm = attack.load(name, tool=attack.TORCH if name in ROLLING else None)
+    cover, rng = arm.cover(), np.random.default_rng(7)
+    q = attack.posture(arm, "any", rng)
+    x = arm.forward(q)
+    sample = attack.drawn(arm, x, q, rng, cover.wraps).q
+    cells = cover.cells(x, 0.1)
+    fewer = cells[np.arange(len(cells)) % 50 > 0]
+    most = 0.0
+    for these, rest in ((cells, 1e-3 * cells.rest), (fewer, fewer.rest)):
+        away = np.empty(len(sample))
+        attack.all_held(sample, these.a, these.b, these.bow, these.dev, rest, cover.wraps, away)
+        assert (away > attack.allowance(arm, x, sample)).any()
+        most = max(most, away.max())
+    assert most > 1e-3

@@ -101,3 +101,17 @@ def test_a_branch_cannot_be_asked_for():
     arm = named_arm("ur5e")
     with pytest.raises(sm.InvalidInputError, match="cannot be asked of an arm whose tool rolls"):
         arm.cover(arm.branches[0])
+
+
+@pytest.mark.parametrize("lean", [1e-3, 1e-5, 1e-8, 0.0])
+def test_tools_that_point_straight_up_have_frames_and_covers(lean):
+    frame = _reference(np.array([0.6 * lean, 0.8 * lean, np.sqrt(1 - lean**2)]))
+    assert np.abs(frame.T @ frame - np.eye(3)).max() < 1e-15
+    assert np.linalg.det(frame) == pytest.approx(1.0)
+    arm = named_arm("ur5e", tool=TORCH)
+    q = np.array([-1.43032719450, -1.20905313952, 1.88535444357, -1.6561242, 1.4603152, 1.73366431])
+    turn = np.array([np.cos(0.2), np.sin(0.2) * 0.0, 0.0, np.sin(0.2)])
+    if lean:
+        turn = np.array([np.cos(lean / 2), -0.8 * np.sin(lean / 2), 0.6 * np.sin(lean / 2), 0.0])
+    x = np.concatenate([arm.forward(q)[:3], turn])
+    assert 100 < len(arm.cover().cells(x, 0.3)) < 2000

@@ -4,33 +4,38 @@
 
 Each path is followed by differential inverse kinematics from a random posture inside the limits, so that a motion is
 there by construction. Rivals: that motion; shortest ways through ladders of its redundancy parameter; and, if asked
-for, local refinement. A bound above a rival's cost, or a claim that nothing moves, is a violation; then the exit is 1.
+for, local refinement; and the motion planned, followed here. A bound above a rival's cost, or a claim that nothing
+moves, is a violation; then the exit is 1.
+
+With `--parameters 100 --finer 1` rivals cost about as much time as the planner, and are a little longer.
 """
 
 import argparse
-import importlib.resources
 import os
 import sys
 import time
+import traceback
+from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import numba
 import numpy as np
 
 import selfmotion as sm
-from selfmotion.arms.urdf import read_chain
+from selfmotion.arms.catalogue import CATALOGUE, named_arm
 from selfmotion.errors import InfeasibleError, SelfMotionError
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "arms"))
+from attack_covers import TORCH, pose_error, settled, target, with_turns, wrap
+
 ROUNDING = 1e-9
-SLABS, PARAMETERS, FINER = 160, 400, 3
+SLABS = 160
 WIDEST = 0.35  # step of a ladder, joint by joint [rad]
 EXACT = 1e-12
-
-
-def load(name):
-    """An arm by its name."""
-    text = (importlib.resources.files("selfmotion.arms") / "data" / f"{name}.urdf").read_text(encoding="utf-8")
-    return sm.SpatialArm(read_chain(text))
+ITSELF = 1e-3  # by which the cost of a plan may differ from what it is found to be here
+ALONG = 1e-4  # of limits, where a plan moves along one of them [rad]
+LATE = 1.2  # of its time limit, after which the planner is called late
 
 
 def turned(rotation, vector):
@@ -41,32 +46,21 @@ def turned(rotation, vector):
     return np.concatenate([[w * a - v @ b], w * b + a * v + np.cross(v, b)])
 
 
-def miss(arm, q, x):
-    """By how much a posture misses a pose: position and rotation vector, shape (6,)."""
-    pose = arm.forward(q)
-    a, b = x[3:], pose[3:] * np.array([1, -1, -1, -1])
-    w = a[0] * b[0] - a[1:] @ b[1:]
-    v = a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])
-    return np.concatenate([x[:3] - pose[:3], 2 * v * (1 if w >= 0 else -1)])
-
-
 def corrected(arm, q, x, pull=None):
     """A posture near q at a pose, drawn along the self-motion towards `pull`; None if there is none."""
-    for k in range(12):
-        jacobian = arm.jacobian(q)
-        step = np.linalg.lstsq(jacobian, miss(arm, q, x), rcond=1e-9)[0]
-        if k == 0 and pull is not None:
-            null = np.linalg.svd(jacobian)[2][6]
-            step = step + null * np.clip(null @ pull, -0.02, 0.02)
-        q = q + step
-        if k and np.abs(step).max() < 1e-13:
-            break
-    return q if np.abs(miss(arm, q, x)).max() < EXACT else None
+    offsets, (rotation, position) = arm.chain.offsets, target(x)
+    q = np.array(q)
+    if pull is not None:
+        error, jacobian = np.empty(arm.n - 1), np.empty((arm.n - 1, arm.n))
+        pose_error(offsets, q, rotation, position, error, jacobian)
+        null = np.linalg.svd(jacobian)[2][-1]
+        q += null * np.clip(null @ pull, -0.02, 0.02)
+    return q if settled(offsets, q, rotation, position, 12, np.inf) < EXACT else None
 
 
-def inside(arm, q):
+def inside(arm, q, slack=0.0):
     """Whether postures are within limits."""
-    return bool(((q >= arm.limits.lower) & (q <= arm.limits.upper)).all())
+    return bool(((q >= arm.limits.lower - slack) & (q <= arm.limits.upper + slack)).all())
 
 
 def followed(arm, path, q, steps=SLABS):
@@ -102,14 +96,14 @@ def reachable(arm, kind, rng):
             return path, motion
 
 
-def dense(arm, path, r, q, parts=4):
+def dense(arm, path, r, q, slack, parts=4):
     """Postures between those of a motion, put onto the path one by one; None if the motion does not hold."""
     for _ in range(int(np.log2(parts))):
         between = []
         for k in range(len(r) - 1):
             at = 0.5 * (r[k] + r[k + 1])
             now = corrected(arm, 0.5 * (q[k] + q[k + 1]), path(at))
-            if now is None or not inside(arm, now) or np.abs(now - 0.5 * (q[k] + q[k + 1])).max() > 0.1:
+            if now is None or not inside(arm, now, slack) or np.abs(now - 0.5 * (q[k] + q[k + 1])).max() > 0.1:
                 return None
             between.append(now)
         r = np.insert(r, np.arange(1, len(r)), 0.5 * (r[1:] + r[:-1]))
@@ -127,13 +121,18 @@ def cost_of(problem, r, q):
     return fine, max(fine - coarse, 0.0)
 
 
-def verified(problem, r, q):
+def verified(problem, r, q, slack=0.0):
     """The cost (with what chords may miss) of a motion through postures; infinite if it does not hold."""
-    found = dense(problem.arm, problem.path, r, q)
+    found = dense(problem.arm, problem.path, r, q, slack)
     if found is None:
         return np.inf
     cost, more = cost_of(problem, *found)
     return cost + more
+
+
+def wide(arm):
+    """Joints that may turn two whole turns: where a motion is, a whole turn aside, does not matter."""
+    return arm.limits.upper - arm.limits.lower >= 4 * np.pi - 1e-9
 
 
 def rung(arm, x, parameters):
@@ -141,31 +140,53 @@ def rung(arm, x, parameters):
     found = []
     for branch in range(len(arm.branches)):
         q, ok = arm.solve(np.broadcast_to(x, (len(parameters), 7)), parameters[:, None], branch)
-        q = q[ok]
-        turns = np.ceil((arm.limits.lower - q) / (2 * np.pi) - 1e-12)
-        q = q + 2 * np.pi * turns
+        q = with_turns(arm, q[ok], wide(arm))
         found.append(q[((q >= arm.limits.lower) & (q <= arm.limits.upper)).all(axis=1)])
     return np.concatenate(found)
+
+
+@numba.njit(cache=True)
+def neighbours(before, after, modulo):
+    """Pairs of rows of postures of one rung and the next that are near to each other."""
+    found = [(0, 0)]
+    for i in range(len(after)):
+        for k in range(len(before)):
+            near = True
+            for j in range(before.shape[1]):
+                step = after[i, j] - before[k, j]
+                if modulo[j]:
+                    step -= 2 * np.pi * np.rint(step / (2 * np.pi))
+                if abs(step) > WIDEST:
+                    near = False
+                    break
+            if near:
+                found.append((k, i))
+    return np.array(found)[1:]
+
+
+@numba.njit(cache=True)
+def choose(pairs, total, best, where):
+    """Fill in the least total of every posture of a rung, and of which it is in the one before."""
+    for k in range(len(pairs)):
+        i = pairs[k, 1]
+        if total[k] < best[i]:
+            best[i], where[i] = total[k], pairs[k, 0]
 
 
 def ladder(problem, r, rungs):
     """The cheapest way through rungs of postures, or None."""
     costs, back = np.zeros(len(rungs[0])), []
+    modulo = wide(problem.arm)
     for k in range(1, len(rungs)):
         if not len(rungs[k]) or not len(rungs[k - 1]):
             return None
-        best, where = np.empty(len(rungs[k])), np.empty(len(rungs[k]), int)
-        for i, q in enumerate(rungs[k]):
-            step = q - rungs[k - 1]
-            near = np.abs(step).max(axis=1) <= WIDEST
-            if not near.any():
-                best[i], where[i] = np.inf, 0
-                continue
-            rows = np.flatnonzero(near)
-            total = costs[rows] + problem.objective.chord(
-                step[rows], np.full(len(rows), r[k] - r[k - 1]), problem.weights
-            )
-            best[i], where[i] = total.min(), rows[total.argmin()]
+        best, where = np.full(len(rungs[k]), np.inf), np.zeros(len(rungs[k]), int)
+        pairs = neighbours(rungs[k - 1], rungs[k], modulo)
+        if len(pairs):
+            step = rungs[k][pairs[:, 1]] - rungs[k - 1][pairs[:, 0]]
+            step[:, modulo] = wrap(step[:, modulo])
+            total = problem.objective.chord(step, np.full(len(step), r[k] - r[k - 1]), problem.weights)
+            choose(pairs, costs[pairs[:, 0]] + total, best, where)
         costs = best
         back.append(where)
     if not np.isfinite(costs).any():
@@ -175,18 +196,27 @@ def ladder(problem, r, rungs):
     for k in range(len(back) - 1, -1, -1):
         at = int(back[k][at])
         way.append(rungs[k][at])
-    return np.array(way[::-1])
+    return unwound(problem.arm, np.array(way[::-1]))
 
 
-def climbed(problem):
+def unwound(arm, way):
+    """A motion of postures (k, n) without jumps by whole turns, those of wide joints inside their limits."""
+    way = way.copy()
+    for j in np.flatnonzero(wide(arm)):
+        way[:, j] = np.unwrap(way[:, j])
+        way[:, j] += 2 * np.pi * np.ceil((arm.limits.lower[j] - way[:, j].min()) / (2 * np.pi))
+    return way
+
+
+def climbed(problem, parameters, finer):
     """Cost of the best motion along a ladder of the parameter, made finer around itself a few times."""
     arm, path = problem.arm, problem.path
     r = np.linspace(0.0, 1.0, 41)
     low, high = arm.parameter_range
-    way = ladder(problem, r, [rung(arm, path(at), np.linspace(low, high, PARAMETERS)) for at in r])
+    way = ladder(problem, r, [rung(arm, path(at), np.linspace(low, high, parameters)) for at in r])
     best = np.inf
-    width = 2 * (high - low) / PARAMETERS
-    for _ in range(FINER):
+    width = 2 * (high - low) / parameters
+    for _ in range(finer):
         if way is None:
             break
         best = min(best, verified(problem, r, way))
@@ -194,8 +224,9 @@ def climbed(problem):
         rungs = []
         for k, at in enumerate(r):
             near = rung(arm, path(at), u[k] + np.linspace(-width, width, 21))
-            near = near[np.abs(near - way[k]).max(axis=1) < 0.5]
-            rungs.append(np.concatenate([near, way[k : k + 1]]))
+            apart = near - way[k]
+            apart[:, wide(arm)] = wrap(apart[:, wide(arm)])
+            rungs.append(np.concatenate([near[np.abs(apart).max(axis=1) < 0.5], way[k : k + 1]]))
         way = ladder(problem, r, rungs)
         width /= 6
     return best if way is None else min(best, verified(problem, r, way))
@@ -216,9 +247,12 @@ def row_of(arm, given, k):
     rng = np.random.default_rng([given.seed, k])
     path, motion = reachable(arm, given.kind, rng)
     problem = sm.Problem(arm, path, objective=given.objective)
-    rivals = {"followed": verified(problem, np.linspace(0.0, 1.0, len(motion)), motion), "ladder": climbed(problem)}
-    if given.refine:
-        rivals["refined"] = refined(problem, k, given.time_limit)
+    motions = {
+        "followed": lambda: verified(problem, np.linspace(0.0, 1.0, len(motion)), motion),
+        "ladder": lambda: climbed(problem, given.parameters, given.finer),
+        "refined": lambda: refined(problem, k, given.time_limit),
+    }
+    rivals = {name: motions[name]() for name in given.rivals}
     began, cost, bound = time.perf_counter(), np.nan, np.nan
     try:
         plan = sm.plan(problem, sm.Global(gap=given.gap, time_limit=given.time_limit))
@@ -227,42 +261,66 @@ def row_of(arm, given, k):
         status = "infeasible"
     except SelfMotionError as error:
         status = type(error).__name__
+    except Exception as error:  # a harness tells of it, and goes on
+        traceback.print_exc()
+        status = f"BROKEN {type(error).__name__}"
     seconds = time.perf_counter() - began
+    if status == "solved":  # the planner's own motion, followed here: that it holds, and what it costs
+        r = np.linspace(0.0, 1.0, SLABS + 1)
+        rivals["itself"] = found = verified(problem, r, plan(r))
+        if not np.isfinite(found):  # along a limit, which postures put onto the path in between may leave
+            found = verified(problem, r, plan(r), ALONG)
+        if not abs(found - cost) < ITSELF * cost:
+            status = f"solved? {found:.5f}"
     best = min(rivals.values())
-    wrong = status == "infeasible" or (np.isfinite(bound) and bound > best * (1 + ROUNDING))
+    wrong = status.startswith(("infeasible", "BROKEN")) or (np.isfinite(bound) and bound > best * (1 + ROUNDING))
     wrong = wrong or (np.isfinite(bound) and bound > cost * (1 + ROUNDING))
     return status, cost, bound, seconds, min(rivals, key=rivals.get), best, wrong
 
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--arm", default="panda")
+    parser.add_argument("--arm", default="panda", choices=list(CATALOGUE))
+    parser.add_argument("--torch", action="store_true", help="with a tool off the last axis")
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--gap", type=float, default=2e-3)
     parser.add_argument("--time-limit", type=float, default=10.0)
     parser.add_argument("--objective", choices=("l2", "joint_travel", "l1"), default="l2")
     parser.add_argument("--kind", choices=("constant", "turning"), default="constant")
-    parser.add_argument("--refine", action="store_true", help="the package's local planner is a rival too")
+    parser.add_argument("--first", type=int, default=0, help="the case to begin at")
+    parser.add_argument(
+        "--rivals", type=lambda text: text.split(","), default=["followed", "ladder"], help="of followed,ladder,refined"
+    )
+    parser.add_argument("--parameters", type=int, default=400, help="of a rung of the first ladder")
+    parser.add_argument("--finer", type=int, default=3, help="how often ladders are made finer")
+    parser.add_argument("--seconds", type=float, default=np.inf, help="after which no more cases are begun")
     given = parser.parse_args(arguments)
-    arm, rows = load(given.arm), []
+    arm, rows, began = named_arm(given.arm, tool=TORCH if given.torch else None), [], time.perf_counter()
     print("case status       cost     bound      gap  seconds  best rival")
-    for k in range(given.count):
+    for k in range(given.first, given.first + given.count):
+        if time.perf_counter() - began > given.seconds:
+            break
         row = row_of(arm, given, k)
         rows.append(row)
         status, cost, bound, seconds, who, best, wrong = row
         print(
             f"{k:4d} {status:10s} {cost:8.5f} {bound:8.5f} {(cost - bound) / cost:9.2e} {seconds:7.1f}  "
-            f"{best:8.5f} {who}{'  VIOLATION' if wrong else ''}",
+            f"{best:8.5f} {who}{'  VIOLATION' if wrong else ''}"
+            f"{'  LATE' if seconds > LATE * given.time_limit else ''}",
             flush=True,
         )
-    solved = [row for row in rows if row[0] == "solved"]
+    solved = [row for row in rows if row[0].startswith("solved")]
     gaps = np.array([(row[1] - row[2]) / row[1] for row in solved])
     wrong = sum(row[6] for row in rows)
     beaten = sum(row[5] < row[1] * (1 - 1e-4) for row in solved)
+    name = f"{given.arm}{' with torch' if given.torch else ''}"
     print(
-        f"{given.arm}, {given.kind}, {given.objective}: {len(solved)} of {len(rows)} solved, "
-        f"{int((gaps <= given.gap).sum())} to the gap, {wrong} violations, planner beaten by 1e-4 {beaten} times"
+        f"{name}, {given.kind}, {given.objective}: {len(solved)} of {len(rows)} solved, "
+        f"{int((gaps <= given.gap).sum())} to the gap, {wrong} violations, planner beaten by 1e-4 {beaten} times, "
+        f"{sum(row[3] > LATE * given.time_limit for row in rows)} late, "
+        f"{sum(not np.isfinite(row[5]) for row in rows)} without a rival, "
+        f"{(time.perf_counter() - began) / max(len(rows), 1):.1f} s per case in all"
     )
     if solved:
         print(

@@ -143,16 +143,19 @@ def _axis(pose: FloatArray) -> FloatArray:
 
 def _reference(axis: FloatArray) -> FloatArray:
     """Return the frames (..., 3, 3) with z-axes (..., 3) from which rolls are counted."""
-    # The least turn from straight down to d, after the half turn about x that turns z straight down.
-    scale = 1.0 / np.maximum(1.0 + axis @ _DOWN, 1e-300)
-    dx, dy = axis[..., 0], axis[..., 1]
-    xx, xy, yy = 1.0 - dx * dx * scale, -dx * dy * scale, 1.0 - dy * dy * scale
+    # The least turn from straight down to d, after the half turn about x that turns z straight down. Written so that it
+    # is a rotation to rounding right up to straight up, where it takes d as leaning along x.
+    dx, dy, more = axis[..., 0], axis[..., 1], 1.0 + axis[..., 2]
+    lean = np.hypot(dx, dy)
+    ex, ey = np.where(lean > 0.0, dx / np.maximum(lean, 1e-300), 1.0), dy / np.maximum(lean, 1e-300)
+    xx, xy, yy = 1.0 - ex * ex * more, -ex * ey * more, 1.0 - ey * ey * more
     columns = [np.stack([xx, xy, dx], -1), np.stack([-xy, -yy, -dy], -1), axis]
     return np.ascontiguousarray(np.stack(columns, axis=-1))
 
 
 def _frame_spin(axis: FloatArray, change: FloatArray) -> FloatArray:
     """Return the angular velocity (..., 3) of :func:`_reference` where the axis changes by `change`."""
-    scale = 1.0 / np.maximum(1.0 + axis @ _DOWN, 1e-300)
+    dz, across = axis[..., 2], axis[..., 0] ** 2 + axis[..., 1] ** 2
+    scale = np.where(dz > 0.0, (1.0 + dz) / np.maximum(across, 1e-300), 1.0 / np.maximum(1.0 - dz, 1.0))
     along = -(np.cross(axis, change) @ _DOWN) * scale
     return np.asarray(np.cross(axis, change) + along[..., None] * axis)
