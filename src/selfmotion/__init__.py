@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         UndecidedError,
         UnrepairableError,
     )
-    from selfmotion.exchange import load_problem
+    from selfmotion.exchange import load_plan, load_problem, load_trajectory, save_trajectory
     from selfmotion.intervals import IntervalSet
     from selfmotion.judgement import judge
     from selfmotion.mending import repair
@@ -68,6 +68,7 @@ if TYPE_CHECKING:
         plan,
     )
     from selfmotion.problem import Problem
+    from selfmotion.timing import time_law
 
 _HOME = {
     "arms": ("PlanarArm", "named_arm", "urdf_arm"),
@@ -81,7 +82,7 @@ _HOME = {
         "InfeasibleError", "InvalidInputError", "NothingFeasibleError", "SelfMotionError", "UndecidedError",
         "UnrepairableError",
     ),
-    "exchange": ("load_problem",),
+    "exchange": ("load_plan", "load_problem", "load_trajectory", "save_trajectory"),
     "intervals": ("IntervalSet",),
     "optimizers": ("CMAES", "DifferentialEvolution", "GA", "GWO", "PSO", "RandomSearch"),
     "paths": (
@@ -93,6 +94,7 @@ _HOME = {
         "distance_from_optimum", "plan",
     ),
     "problem": ("Problem",),
+    "timing": ("time_law",),
     "mending": ("repair",),
     "judgement": ("judge",),
 }  # fmt: skip

@@ -34,6 +34,7 @@ TrajectoryArgument = Annotated[
     str, typer.Argument(metavar="TRAJECTORY", help="Motion as CSV with columns r, q1, …, qn.")
 ]
 OutOption = Annotated[str | None, typer.Option("--out", metavar="DIR", help="Folder to write results to.")]
+SaveOption = Annotated[str | None, typer.Option("--save", metavar="FILE", help="Store the plan, as time reads it.")]
 ForceOption = Annotated[bool, typer.Option("--force", help="Replace files that selfmotion did not write.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 SeedOption = Annotated[int | None, typer.Option("--seed", metavar="N", help="Seed of the random numbers.")]
@@ -56,9 +57,11 @@ def plan(
     as_json: JsonOption = False,
     seed: SeedOption = None,
     force: ForceOption = False,
+    save: SaveOption = None,
 ) -> None:
-    """Plan a joint motion; --out writes plan.json, trajectory.csv and figures."""
+    """Plan a joint motion; --out writes plan.json, trajectory.csv and figures, --save the plan itself."""
     from selfmotion.exchange import OutputFolder, load_problem, trajectory_csv
+    from selfmotion.exchange.files import checked_target
 
     case, planner = load_problem(problem)
     if planner is None:
@@ -69,6 +72,7 @@ def plan(
 
         names = ["plan.json", "trajectory.csv", *plan_figure_names(case.arm)]
         folder.check(names)
+    stored = None if save is None else checked_target(save, force)
     if seed is not None:
         if seed < 0:
             raise InvalidInputError("--seed", "is negative", "give a whole number from 0", seed)
@@ -81,8 +85,12 @@ def plan(
     except SelfMotionError as error:
         if folder is not None:  # an earlier motion must not stay behind as if it were the answer
             folder.write({"plan.json": _json(_failure(error)).encode()}, outdated=names)
+        if stored is not None and os.path.exists(stored[0].path / stored[1]):
+            stored[0].write({}, outdated=[stored[1]])
         raise
     summary = result.summary()
+    if save is not None:
+        result.save(save, force)
     if folder is not None:
         from selfmotion.plot import plan_figures
 
@@ -363,6 +371,79 @@ def compare(
     _say(_json(result) if as_json else "\n".join(_compared(result)))
 
 
+@app.command(name="time")
+def time_plan(
+    source: Annotated[str, typer.Argument(metavar="FILE", help="Problem file, or a plan that plan --save stored.")],
+    out: Annotated[str, typer.Option("--out", metavar="FILE", help="File to write the trajectory to.")],
+    max_acceleration: Annotated[
+        str, typer.Option("--max-acceleration", metavar="X[,X…]", help="Of every joint, or of each [rad/s²].")
+    ],
+    max_velocity: Annotated[
+        str | None,
+        typer.Option("--max-velocity", metavar="X[,X…]", help="The same [rad/s]; the arm's own limits hold too."),
+    ] = None,
+    tool_speed: Annotated[
+        float | None, typer.Option("--tool-speed", metavar="V", help="Kept wherever the joints can [length/s].")
+    ] = None,
+    rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Rows per second.")] = 100.0,
+    form: Annotated[str, typer.Option("--format", metavar="csv|json|ros|npz|mcap", help="Form of the file.")] = "csv",
+    as_json: JsonOption = False,
+    force: ForceOption = False,
+) -> None:
+    """Give a plan a time law under joint limits and write positions, velocities and accelerations by time."""
+    from dataclasses import asdict
+
+    from selfmotion._checks import choice, positive
+    from selfmotion.exchange import load_plan, load_problem, save_trajectory
+    from selfmotion.exchange.files import checked_target, read_text
+    from selfmotion.exchange.plan_file import is_plan_file
+    from selfmotion.exchange.timed_file import FORMS
+    from selfmotion.timing import time_law
+
+    choice("--format", form, FORMS)
+    positive("--rate", rate)
+    acceleration = _numbers("--max-acceleration", max_acceleration)
+    velocity = None if max_velocity is None else _numbers("--max-velocity", max_velocity)
+    checked_target(out, force)
+    if is_plan_file(read_text(source)):
+        plan = load_plan(source)
+    else:
+        case, planner = load_problem(source)
+        if planner is None:
+            raise InvalidInputError("planner", "is missing", "add planner: {kind: sinusoid, …}", source=source)
+        try:
+            with _progress("planning") as report:
+                plan = planner.plan(case, report)
+        except InvalidInputError as error:
+            raise error.inside(source=source) from None
+    timed = time_law(plan, acceleration, velocity, tool_speed, rate)
+    save_trajectory(timed, out, form, force)
+    fast, strong = timed.largest
+    result = {
+        "status": "timed",
+        "duration": timed.duration,
+        "rows": len(timed.t),
+        "joint_names": list(timed.joint_names),
+        "velocity_used": fast.tolist(),
+        "acceleration_used": strong.tolist(),
+        "jerk": timed.jerk.tolist(),
+        "stops": list(timed.stops),
+        "slow": [asdict(part) for part in timed.slow],
+        "cost": plan.cost,
+        "version": __version__,
+    }
+    lines = [
+        f"{timed.duration:.6g} s, {len(timed.t)} rows written to {out}",
+        f"  velocities up to {fast.max():.1%} of their limits, accelerations up to {strong.max():.1%}, "
+        f"jerk between rows up to {timed.jerk.max():.3g} rad/s³",
+    ]
+    if timed.stops:
+        places = ", ".join(f"{r:.6g}" for r in timed.stops[:_MOST_LINES])
+        lines.append(f"  stands still at {len(timed.stops)} corners, r = {places}")
+    lines += [f"  slower than asked for at {part}" for part in timed.slow[:_MOST_LINES]]
+    _say(_json(result) if as_json else "\n".join(lines))
+
+
 @app.command()
 def arms(
     file: Annotated[str | None, typer.Argument(metavar="[FILE.urdf]", help="Look at this arm instead.")] = None,
@@ -471,6 +552,15 @@ def _planar_only(case: Problem, source: str, what: str) -> None:
     if case.arm.dimension != PLANE:
         remedy = "use plan, verify or compare for an arm in space"
         raise InvalidInputError("arm", f"moves in space, and {what} planar arms only", remedy, source=source)
+
+
+def _numbers(option: str, text: str) -> float | list[float]:
+    """Return the one number, or the numbers, of an option such as 2,2,1.5."""
+    try:
+        values = [float(word) for word in text.split(",")]
+    except ValueError:
+        raise InvalidInputError(option, "is no list of numbers", "write 2 or 2,2,1.5", text) from None
+    return values[0] if len(values) == 1 else values
 
 
 def _sizes(text: str) -> list[int]:

@@ -56,15 +56,23 @@ class Motion:
         self.arm = arm
         self.path = path
         self.branch = branch
-        self._curve = curve
+        self.curve = curve
+        self.nodes = nodes
+        self.start = start
         self._nodes = path.grid(nodes)
         principal = arm.solve(path(self._nodes), curve(self._nodes, 0), branch)[0]
         self._lifted = arm.limits.lift(principal[None], start).q[0]
 
+    @property
+    def breaks(self) -> FloatArray:
+        """Path parameters inside (0, 1) where a derivative may jump."""
+        bases = getattr(self.curve, "moving_bases", ())
+        return np.unique(np.concatenate([self.path.breaks, *(base.breaks for base in bases)]))
+
     def u(self, r: ArrayLike, order: int = 0) -> FloatArray:
         """Return the redundancy vector or its derivative, shape (..., n_u)."""
         values = path_parameter(r)
-        return self._curve(values.reshape(-1), order).reshape(*values.shape, self.arm.n_u)
+        return self.curve(values.reshape(-1), order).reshape(*values.shape, self.arm.n_u)
 
     def __call__(self, r: ArrayLike) -> FloatArray:
         """Return the joint angles, shape (..., n), turns included [rad]."""

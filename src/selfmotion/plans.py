@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -172,6 +173,24 @@ class Plan:
         if len(r) < 2:
             return None
         return float(L2Travel().sampled(self.motion(r), r, self.problem.weights))
+
+    def save(self, file: str | os.PathLike[str], force: bool = False) -> None:
+        """Write the plan as one JSON file, which :func:`selfmotion.load_plan` makes an equal plan of.
+
+        Parameters
+        ----------
+        file : path-like
+        force : bool
+            Whether a file that selfmotion did not write may be replaced.
+
+        Raises
+        ------
+        InvalidInputError
+            If the file cannot be written, or arm, path or motion are of classes that are not selfmotion's.
+        """
+        from selfmotion.exchange.plan_file import save_plan
+
+        save_plan(self, file, force)
 
     def summary(self) -> dict[str, Any]:
         """Return the result as the command line's ``--json`` prints it.

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from selfmotion.exchange.files import OutputFolder, read_text
+from selfmotion.exchange.files import OutputFolder, read_text, write_file
+from selfmotion.exchange.plan_file import load_plan, save_plan
 from selfmotion.exchange.problem_file import ProblemFile, load_problem, problem_from
 from selfmotion.exchange.structure import sampled_lines, sampled_object, structure_lines, structure_object
+from selfmotion.exchange.timed_file import TimedRows, load_trajectory, save_trajectory
 from selfmotion.exchange.trajectory import Trajectory, motion_csv, read_trajectory, trajectory_csv
 from selfmotion.exchange.waypoint_file import load_waypoints
 
 __all__ = [
     "OutputFolder",
     "ProblemFile",
+    "TimedRows",
     "Trajectory",
+    "load_plan",
     "load_problem",
+    "load_trajectory",
     "load_waypoints",
     "motion_csv",
     "problem_from",
@@ -20,7 +25,10 @@ __all__ = [
     "read_trajectory",
     "sampled_lines",
     "sampled_object",
+    "save_plan",
+    "save_trajectory",
     "structure_lines",
     "structure_object",
     "trajectory_csv",
+    "write_file",
 ]

@@ -119,6 +119,29 @@ class OutputFolder:
             return {}
 
 
+def write_file(file: str | os.PathLike[str], data: bytes, force: bool = False) -> None:
+    """Write one file whole or not at all, by the rules of :class:`OutputFolder` for its folder.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is there and not selfmotion's, without `force`, or the disk refuses.
+    """
+    folder, name = checked_target(file, force)
+    folder.write({name: data})
+
+
+def checked_target(file: str | os.PathLike[str], force: bool = False) -> tuple[OutputFolder, str]:
+    """Return the folder and the name of a file to be written; refuse early what :func:`write_file` would refuse."""
+    path = os.fspath(file)
+    name = os.path.basename(path)
+    if not name or name in (".", "..", MANIFEST):
+        raise InvalidInputError("--out", "is no name of a file", "name one", path)
+    folder = OutputFolder(os.path.dirname(path) or ".", force)
+    folder.check([name])
+    return folder, name
+
+
 def read_text(file: str | os.PathLike[str], largest: int = 200_000_000) -> str:
     """Return the text of a UTF-8 file.
 

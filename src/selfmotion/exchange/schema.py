@@ -160,7 +160,7 @@ def _field_type(hint: Any) -> Any:
 def form(section: str, kind: str) -> type[BaseModel]:
     """Return the pydantic model of one kind in one section, such as ("path", "bezier")."""
     part = _SECTIONS[section][kind]
-    hints = _hints(part)
+    hints = hints_of(part)
     fields: dict[str, Any] = {"kind": (Literal[kind], ...)}
     for name, parameter in inspect.signature(part).parameters.items():
         default = ... if parameter.default is inspect.Parameter.empty else parameter.default
@@ -168,7 +168,7 @@ def form(section: str, kind: str) -> type[BaseModel]:
     return create_model(f"{section}_{kind}", __base__=_Form, __doc__=_summary(part), **fields)
 
 
-def _hints(part: Callable[..., Any]) -> dict[str, Any]:
+def hints_of(part: Callable[..., Any]) -> dict[str, Any]:
     """Return the types of the parameters of a class, or of a function that makes an object."""
     return get_type_hints(part.__init__ if inspect.isclass(part) else part, include_extras=True)
 
@@ -250,7 +250,7 @@ def build(section: str, data: Any, folder: str = "") -> Any:
     kind = choice("kind", data["kind"], registry)
     checked(form(section, kind), data)
     given = {name: value for name, value in data.items() if name != "kind"}
-    hints = _hints(registry[kind])
+    hints = hints_of(registry[kind])
     for name, value in given.items():
         given[name] = _nested(hints[name], name, value, folder)
     return registry[kind](**given)

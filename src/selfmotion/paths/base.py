@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from functools import cached_property
+from collections.abc import Callable, Mapping
+from functools import cached_property, wraps
+from inspect import signature
 from itertools import pairwise
 from typing import Any, ClassVar
 
@@ -41,11 +42,19 @@ class Path(ABC):
         How many numbers x has: a plane curve's, a space curve's, a pose's.
     highest_order : {2, 3}
         The highest derivative there is.
+    made_from : mapping
+        What the constructor was given, by name: files that store a path write this.
     """
 
     kind: ClassVar[str]
     dimension: int = PLANE
     highest_order: int = 2
+    made_from: Mapping[str, Any]
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if "__init__" in vars(cls):
+            cls.__init__ = _remembering(cls.__init__)  # type: ignore[method-assign]
 
     @abstractmethod
     def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
@@ -210,6 +219,35 @@ class Path(ABC):
         if self.dimension == POSE and apart(first[SPACE:], last[SPACE:]) > 1e-9:
             return False
         return bool(distance(last - first) <= 1e-9 * self.extent)
+
+
+def _remembering(init: Callable[..., None]) -> Callable[..., None]:
+    """Return a constructor that leaves what it was given in ``made_from``.
+
+    What a path makes of it, such as quaternions of unit norm, need not give the same bits when it is made again.
+    """
+    form = signature(init)
+
+    @wraps(init)
+    def remembering(self: Path, *args: Any, **kwargs: Any) -> None:
+        if "made_from" not in vars(self):  # else a subclass has been given it
+            try:
+                given = form.bind(self, *args, **kwargs).arguments
+                self.made_from = {name: _kept(value) for name, value in list(given.items())[1:]}
+            except TypeError:  # wrong arguments, which the constructor itself refuses best
+                pass
+        init(self, *args, **kwargs)
+
+    return remembering
+
+
+def _kept(value: Any) -> Any:
+    """Return a copy of arrays, lists and mappings, which their owner may change; paths as they are."""
+    if isinstance(value, np.ndarray):
+        return value.copy()
+    if isinstance(value, Mapping):
+        return {key: _kept(item) for key, item in value.items()}
+    return [_kept(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 def distance(x: FloatArray) -> FloatArray:

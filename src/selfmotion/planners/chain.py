@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -17,6 +18,31 @@ from selfmotion.problem import Problem
 
 _SHOWN = 3  # blocked stretches that a message names
 _FOLD = 1e-9  # |sin θ2| of a fold up to rounding
+
+
+@dataclass(frozen=True, eq=False)
+class ChainCurve:
+    """The redundancy vector of an arm of modules, a callable of (r, order).
+
+    Attributes
+    ----------
+    moving_bases : tuple of Path
+    motions : tuple of Motion
+        Of each module in its own frame.
+    """
+
+    moving_bases: tuple[Path, ...]
+    motions: tuple[Motion, ...]
+
+    def __call__(self, r: FloatArray, order: int) -> FloatArray:
+        """Return u or du/dr, shape (k, n_u)."""
+        first, *later = self.motions
+        columns = [first.u(r, order)]
+        for motion in later:
+            turned = motion(r) if order == 0 else motion.rates(r)
+            with np.errstate(invalid="ignore"):  # rates are infinite at folds
+                columns += [np.cumsum(turned, axis=-1)[:, :2], motion.u(r, order)]
+        return np.concatenate(columns, axis=-1)
 
 
 class Chain:
@@ -158,19 +184,10 @@ class Chain:
         Motion
             Of true joints. Its redundancy vector holds the directions of link 3 and of all links of later modules.
         """
-        first, *later = motions
-
-        def curve(r: FloatArray, order: int) -> FloatArray:
-            columns = [first.u(r, order)]
-            for motion in later:
-                turned = motion(r) if order == 0 else motion.rates(r)
-                with np.errstate(invalid="ignore"):  # rates are infinite at folds
-                    columns += [np.cumsum(turned, axis=-1)[:, :2], motion.u(r, order)]
-            return np.concatenate(columns, axis=-1)
-
         part = self.first(len(motions))
+        curve = ChainCurve(self.ends[: len(motions) - 1], tuple(motions))
         # Samples resolve each module's sinusoid, and a true joint turns at most as fast as two of them together.
-        return Motion(part.arm, part.path, curve, first.branch, 4 * part.samples)
+        return Motion(part.arm, part.path, curve, motions[0].branch, 4 * part.samples)
 
 
 def module_problems(problem: Problem, moving_bases: Sequence[Path]) -> tuple[Problem, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms import PlanarArm
 from selfmotion.errors import InvalidInputError, NothingFeasibleError
-from selfmotion.motion import Curve, Motion
+from selfmotion.motion import Motion
 from selfmotion.optimizers import INFEASIBLE, Optimizer, Progress, Result, counting, violation_of
 from selfmotion.paths import Bezier, Path
 from selfmotion.planners.base import SearchingPlanner, refuse_own_bounds
@@ -239,6 +240,28 @@ def _places(problem: Problem) -> int:
     return min(problem.samples, PLACES)
 
 
+@dataclass(frozen=True, eq=False)
+class Wave:
+    """(22) as a callable of (r, order); unlike in a profile, whose frequency is searched, the amplitude may be zero.
+
+    Attributes
+    ----------
+    offset, amplitude, frequency : array, shape (n_u,)
+    """
+
+    offset: FloatArray
+    amplitude: FloatArray
+    frequency: FloatArray
+
+    def __call__(self, r: FloatArray, order: int) -> FloatArray:
+        """Return u or du/dr, shape (k, n_u)."""
+        rate = TAU * self.frequency
+        phase = rate * r[:, None]
+        if order == 0:
+            return np.asarray(self.offset + self.amplitude * np.sin(phase))
+        return np.asarray(self.amplitude * rate * np.cos(phase))
+
+
 class _Found(NamedTuple):
     """A candidate and its motion."""
 
@@ -255,17 +278,6 @@ def _moved(problem: Problem, candidates: ChainCandidates, a: FloatArray) -> _Fou
     motions = []
     for i, module in enumerate(chain.modules):
         amplitude, frequency = chosen.amplitude[0, i : i + 1], chosen.frequency[0, i : i + 1]
-        curve = _sinusoid(chosen.offset[0, i : i + 1], amplitude, frequency)
+        curve = Wave(chosen.offset[0, i : i + 1], amplitude, frequency)
         motions.append(Motion(module.arm, module.path, curve, candidates.elbows[i], 2 * problem.samples))
     return _Found(chosen, chain, motions, chain.motion(motions))
-
-
-def _sinusoid(offset: FloatArray, amplitude: FloatArray, frequency: FloatArray) -> Curve:
-    """Return (22); unlike in a profile, whose frequency is to be searched, the amplitude may be zero."""
-    rate = TAU * frequency
-
-    def curve(r: FloatArray, order: int) -> FloatArray:
-        phase = rate * r[:, None]
-        return np.asarray(offset + amplitude * np.sin(phase) if order == 0 else amplitude * rate * np.cos(phase))
-
-    return curve

@@ -21,7 +21,7 @@ from selfmotion.planners.base import SearchingPlanner
 from selfmotion.planners.candidates import RANKINGS, Candidates, Ranking, candidates_of
 from selfmotion.plans import Plan
 from selfmotion.problem import Problem
-from selfmotion.profiles import Profile, SinusoidProfile
+from selfmotion.profiles import Profile, ProfileCurve, SinusoidProfile
 from selfmotion.verification import verify_motion
 
 SAMPLES_PER_CYCLE = 8
@@ -220,12 +220,8 @@ class Parametric(SearchingPlanner):
         checked = 0
         for candidate in itertools.islice(ranked, MOST_CHECKS):
             checked += 1
-            a = candidate.a
-
-            def curve(r: FloatArray, order: int, a: FloatArray = a) -> FloatArray:
-                return profile(a, r, order)
-
-            nodes = max(2 * problem.samples, int(16 * profile.cycles(a)))
+            curve = ProfileCurve(profile, candidate.a)
+            nodes = max(2 * problem.samples, int(16 * profile.cycles(candidate.a)))
             motion = Motion(problem.arm, problem.path, curve, candidate.branch, nodes, start)
             if self.holds(problem, motion):
                 return candidate, motion

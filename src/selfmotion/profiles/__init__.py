@@ -5,7 +5,7 @@ A new family is one file and one line here, and one line in :mod:`selfmotion.pla
 
 from __future__ import annotations
 
-from selfmotion.profiles.base import Profile
+from selfmotion.profiles.base import Profile, ProfileCurve
 from selfmotion.profiles.bspline import BSplineProfile
 from selfmotion.profiles.harmonics import HarmonicsProfile
 from selfmotion.profiles.linear import LinearProfile
@@ -16,4 +16,12 @@ PROFILES: dict[str, type[Profile]] = {
 }
 """Every profile family by its kind."""
 
-__all__ = ["PROFILES", "BSplineProfile", "HarmonicsProfile", "LinearProfile", "Profile", "SinusoidProfile"]
+__all__ = [
+    "PROFILES",
+    "BSplineProfile",
+    "HarmonicsProfile",
+    "LinearProfile",
+    "Profile",
+    "ProfileCurve",
+    "SinusoidProfile",
+]

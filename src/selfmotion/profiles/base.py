@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,6 +12,25 @@ from numpy.typing import ArrayLike
 from selfmotion._checks import positive
 from selfmotion._types import FloatArray
 from selfmotion.errors import InvalidInputError
+
+
+@dataclass(frozen=True, eq=False)
+class ProfileCurve:
+    """One curve of a family, a callable of (r, order).
+
+    Attributes
+    ----------
+    profile : Profile
+    a : array, shape (m,)
+        Its coefficients.
+    """
+
+    profile: Profile
+    a: FloatArray
+
+    def __call__(self, r: FloatArray, order: int) -> FloatArray:
+        """Return u or du/dr, shape (k, n_u)."""
+        return self.profile(self.a, r, order)
 
 
 class Profile(ABC):

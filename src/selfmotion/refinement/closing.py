@@ -55,6 +55,7 @@ class ClosedSpline:
         self, arm: RedundantArm, path: Path, space: SplineSpace, coefficients: FloatArray, box: JointBox
     ) -> None:
         self.arm, self.path, self.space, self.box = arm, path, space, box
+        self.coefficients = coefficients
         self._spline = space.spline(coefficients)
         both = np.isfinite(box.lower) & np.isfinite(box.upper)
         self._width = np.where(both, box.upper - np.where(both, box.lower, 0.0), np.inf)
@@ -65,6 +66,13 @@ class ClosedSpline:
         """Return the joint angles, shape (..., n), turns included [rad]."""
         values = path_parameter(r)
         return self._closed(values.reshape(-1)).q.reshape(*values.shape, self.arm.n)
+
+    @property
+    def breaks(self) -> FloatArray:
+        """Path parameters inside (0, 1) where the first or the second derivative may jump."""
+        knots, times = np.unique(self.space.knots, return_counts=True)
+        inner = (knots > 0.0) & (knots < 1.0) & (times > 1)
+        return np.union1d(self.path.breaks, knots[inner])
 
     def u(self, r: ArrayLike) -> FloatArray:
         """Return the redundancy vector, shape (..., n_u), continuous along the path [rad]."""

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numpy as np
+
 from selfmotion.motion import Motion
 from selfmotion.optimizers import DifferentialEvolution, Progress
 from selfmotion.planners import BSpline, Global, Harmonics, Plan
 from selfmotion.problem import Problem
-from selfmotion.profiles import SinusoidProfile
+from selfmotion.profiles import ProfileCurve, SinusoidProfile
 from selfmotion.report import seed_3r, seed_6r
 from selfmotion.report.cases import SAMPLES
 
@@ -94,5 +96,5 @@ def from_start(question: Question) -> Problem:
 def sinusoid(question: Question, f: float) -> Plan:
     """Return the sinusoid of frequency f as a checked plan."""
     problem, profile = from_start(question), SinusoidProfile([question.offset], [question.amplitude])
-    motion = Motion(problem.arm, problem.path, lambda r, order: profile([f], r, order), 0, problem.samples)
+    motion = Motion(problem.arm, problem.path, ProfileCurve(profile, np.array([f])), 0, problem.samples)
     return Plan(problem, motion, "sinusoid", {"f": f})
