@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         UndecidedError,
         UnrepairableError,
     )
-    from selfmotion.exchange import load_problem
+    from selfmotion.exchange import load_problem, read_dxf, read_gcode, read_svg
     from selfmotion.intervals import IntervalSet
     from selfmotion.judgement import judge
     from selfmotion.mending import repair
@@ -81,7 +81,7 @@ _HOME = {
         "InfeasibleError", "InvalidInputError", "NothingFeasibleError", "SelfMotionError", "UndecidedError",
         "UnrepairableError",
     ),
-    "exchange": ("load_problem",),
+    "exchange": ("load_problem", "read_dxf", "read_gcode", "read_svg"),
     "intervals": ("IntervalSet",),
     "optimizers": ("CMAES", "DifferentialEvolution", "GA", "GWO", "PSO", "RandomSearch"),
     "paths": (
