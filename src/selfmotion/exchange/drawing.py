@@ -478,7 +478,7 @@ def needs_extra(package: str) -> MissingExtraError:
 
 def shown(point: FloatArray) -> str:
     """Return a point as short text."""
-    return "(" + ", ".join(f"{value + 0.0:.6g}" for value in point) + ")"
+    return "(" + ", ".join(f"{round(float(value), 12) + 0.0:.6g}" for value in point) + ")"
 
 
 def _plural(name: str, count: int) -> str:

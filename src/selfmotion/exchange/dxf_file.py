@@ -35,6 +35,7 @@ _INSUNITS = {
     14: ("dm", 0.1),
 }  # fmt: skip
 _KINDS = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE")
+_FRAME = 16  # flag of a vertex that belongs to the frame of a spline, not to the curve
 _LARGEST = 1e12
 
 
@@ -172,7 +173,7 @@ class _Entities:
                 pieces = [piece for piece in self._pieces(entity, kind) if piece is not None]
             except InvalidInputError as error:
                 raise _wrong(entity, f"{error.field} {error.reason}".strip(), error.remedy) from None
-            except (ValueError, TypeError, ZeroDivisionError, ArithmeticError, IndexError) as error:
+            except Exception as error:  # whatever a broken entity makes of its parser
                 raise _wrong(entity, f"is not read ({error})", "correct it in the drawing program") from None
             count += sum(piece.weight for piece in pieces)
             if count > MOST_SEGMENTS:
@@ -198,7 +199,7 @@ class _Entities:
             bulges, closed = rows[:, 2], bool(entity.closed)
             corners = self._plane(entity, given, entity.ocs())
         else:
-            vertices = [vertex for vertex in entity.vertices if not vertex.is_spline_control_point]
+            vertices = [vertex for vertex in entity.vertices if not vertex.dxf.get("flags", 0) & _FRAME]
             given = [vertex.dxf.location for vertex in vertices]
             bulges = np.array([vertex.dxf.get("bulge", 0.0) for vertex in vertices])
             closed = bool(entity.is_closed)

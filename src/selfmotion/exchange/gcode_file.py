@@ -110,17 +110,18 @@ def _read(text: str, source: str, unit: str | None, options: Options, dimension:
     points = np.frombuffer(program.points).reshape(-1, SPACE) * factor
     kinds = np.frombuffer(program.kinds, dtype=np.uint8)
     turns = {k: _scaled(turn, factor) for k, turn in program.turns.items()}
+    heights = points[1:][np.isfinite(points[1:, 2]), 2]
+    in_space = len(heights) > 0 and np.ptp(heights) > 0
     if dimension is None:
-        moved = points[1:][np.isfinite(points[1:, 2]), 2]
-        dimension = SPACE if len(moved) and np.ptp(moved) > 0 else PLANE
+        dimension = SPACE if in_space else PLANE
     strokes, travels, error = _strokes(points, kinds, turns, dimension, options.within)
     if not strokes:
         raise InvalidInputError("", "makes no cutting move (G1, G2 or G3)", "is it the right file?")
     more = {"feeds": program.listed("F"), "spindle": program.listed("S")}
     notes = list(program.notes)
-    depths = np.unique(points[1:][kinds != RAPID, 2])
-    if dimension == PLANE and len(depths) > 1:
-        notes.append(f"Z was dropped: the cuts are at depths from {depths[0]:.6g} to {depths[-1]:.6g}")
+    if dimension == PLANE and in_space:
+        depths = points[1:][kinds != RAPID, 2]
+        notes.append(f"Z was dropped; the cuts end at heights from {depths.min():.6g} to {depths.max():.6g}")
     return drawing(
         source, "G-code", words, strokes, options, travels if dimension == SPACE else None, close=False,
         ignored=program.ledger.entries(), notes=notes, chord_error=error,

@@ -146,8 +146,9 @@ class Program:
     def _aside(self, code: float, numbers: dict[str, float], block: Block) -> None:
         """Report a G word without meaning for the path; refuse one that would change it."""
         if code in _HOME:
-            named = [word.value for word in block.words if word.letter == "G" and word.value in range(4)]
-            if code == 53 and (named or [self._motion])[0] in (_LINE, _CLOCKWISE, _COUNTER):
+            named = [int(word.value) for word in block.words if word.letter == "G" and word.value in range(4)]
+            motion = named[0] if named else self._motion
+            if code == 53 and motion in (_LINE, _CLOCKWISE, _COUNTER):
                 raise _wrong(block, "cuts in the machine's own coordinates (G53)", "use the workpiece's")
             self.ledger.note(f"G{code:g} (to a place of the machine)", block.line)
             self._lose(numbers)

@@ -26,7 +26,7 @@ from selfmotion.exchange.drawing import (
 )
 from selfmotion.exchange.files import UNITS
 from selfmotion.exchange.pieces import Piece, bezier, elliptic, line
-from selfmotion.exchange.svg_page import PIXEL, Page, page_of, user_units
+from selfmotion.exchange.svg_page import PIXEL, page_of, user_units
 from selfmotion.exchange.svg_xml import Element, parse_svg
 
 _GROUPS = ("svg", "g", "a", "switch")
@@ -100,7 +100,7 @@ def read_svg(
 
     Notes
     -----
-    The origin is the lower left corner of the page, y points up. Lines, Bezier curves and arcs are exact, under any
+    The origin is the lower left corner of the viewBox, or else of the page; y points up. Lines, Bezier curves and arcs are exact, under any
     transform. Text, images and what is hidden are reported; no document type and no entity is read.
     """
     source = os.fspath(file)
@@ -127,13 +127,8 @@ def _read(file: str | os.PathLike[str], source: str, unit: str | None, options: 
     walk = _Walk(root, parse)
     # y points down on the page and up in the path.
     strokes = list(walk.strokes(root, (np.diag(factors), -factors * page.corner)))
-    notes = [_origin(page)]
+    notes = [f"the origin is {page.origin}; y points up"]
     return drawing(source, "SVG", words, strokes, options, ignored=walk.ledger.entries(), notes=notes)
-
-
-def _origin(page: Page) -> str:
-    corner = "the lower left corner of the page" if page.placed else "that of the file, which has no page"
-    return f"the origin is {corner}; y points up"
 
 
 def _svgpathtools() -> Callable[[str], Any]:

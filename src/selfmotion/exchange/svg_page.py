@@ -19,6 +19,7 @@ _PHYSICAL = {
     "mm": (1e-3, "mm"), "cm": (1e-2, "cm"), "in": (_INCH, "inch"), "pt": (_INCH / 72, "pt"), "pc": (_INCH / 6, "pc"),
     "Q": (2.5e-4, "Q"),
 }  # fmt: skip
+_BOX = "the lower left corner of the viewBox"
 _LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-z%]*)\s*")
 
 
@@ -33,14 +34,14 @@ class Page(NamedTuple):
         The lengths of a user unit along x and y [m], if the size has a physical unit.
     corner : array, shape (2,)
         The lower left corner in user units.
-    placed : bool
-        Whether there is a page to have a corner.
+    origin : str
+        What it is the corner of.
     """
 
     unit: str | None
     metres: tuple[float, float] | None
     corner: FloatArray
-    placed: bool
+    origin: str
 
 
 def page_of(root: Element) -> Page:
@@ -58,7 +59,7 @@ def page_of(root: Element) -> Page:
         height = "height" in size
         corner = np.array([0.0, size["height"][0] * _pixels(size["height"][1]) if height else 0.0])
         # Without a viewBox a user unit is a pixel, whatever unit the size is in.
-        return Page(None, None, corner, height)
+        return Page(None, None, corner, "the lower left corner of the page" if height else "that of the file, without a page")
     numbers = box.replace(",", " ").split()
     try:
         x, y, width, height_ = (float(number) for number in numbers)
@@ -69,7 +70,7 @@ def page_of(root: Element) -> Page:
     corner = np.array([x, y + height_])
     named = {name: unit for name, (_, unit) in size.items() if unit in _PHYSICAL}
     if not named:
-        return Page(None, None, corner, True)
+        return Page(None, None, corner, _BOX)
     for name, (value, _) in size.items():
         if not value > 0:
             raise _wrong(root, name, "is not positive", root.attributes[name])
@@ -79,7 +80,7 @@ def page_of(root: Element) -> Page:
     if root.attributes.get("preserveAspectRatio", "").split()[:1] != ["none"]:
         slice_ = root.attributes.get("preserveAspectRatio", "").endswith("slice")
         across = along = max(across, along) if slice_ else min(across, along)
-    return Page(_PHYSICAL[next(iter(named.values()))][1], (across, along), corner, True)
+    return Page(_PHYSICAL[next(iter(named.values()))][1], (across, along), corner, _BOX)
 
 
 def length(text: str, name: str, line: int) -> tuple[float, str]:

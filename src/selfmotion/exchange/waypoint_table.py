@@ -93,6 +93,8 @@ def json_table(text: str) -> tuple[FloatArray, str | None]:
     except json.JSONDecodeError as error:
         where = f"line {error.lineno}, column {error.colno}"
         raise InvalidInputError(where, f"is not JSON ({error.msg.lower()})", "is it a whole file?") from None
+    except InvalidInputError:
+        raise
     except (RecursionError, ValueError) as error:
         reason = "is nested too deeply" if isinstance(error, RecursionError) else "holds a number of too many digits"
         raise InvalidInputError("", reason, _POINTS_REMEDY) from None

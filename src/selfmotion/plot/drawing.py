@@ -54,8 +54,10 @@ def draw_drawing(axes: Axes, drawing: Drawing) -> None:
         axes.plot(*start, "o", color=INK, markersize=3.5, zorder=5)
         _draw_direction(axes, part.pieces[0])
         if all(np.hypot(*(start - other)) > _APART * size for other in numbered):
-            look = {"color": INK, "zorder": 6, "bbox": BEHIND_TEXT}
-            axes.annotate(str(k), tuple(start), xytext=(5, -10), textcoords="offset points", **look)
+            axes.annotate(
+                str(k), tuple(start), xytext=(5, -10), textcoords="offset points",
+                color=INK, zorder=6, bbox=BEHIND_TEXT,
+            )  # fmt: skip
             numbered.append(start)
     frame(axes, drawing.bounds[:, :2])
     axes.set_xlabel(f"x [{drawing.arm_unit}]")
@@ -72,8 +74,11 @@ def _draw_gaps(axes: Axes, drawing: Drawing) -> None:
         name = f"gap: {gap.bridged}" if gap.bridged else "gap, not bridged"
         label = None if name in labels else name
         labels.add(name)
-        look = {"color": GREY, "linestyle": DASHES[2], "linewidth": 1.0, "zorder": 2, "label": label}
-        axes.plot(x[:, 0], x[:, 1], **look, **({} if gap.bridged else {"marker": "x", "markersize": 5}))
+        marker = "" if gap.bridged else "x"
+        axes.plot(
+            x[:, 0], x[:, 1], color=GREY, linestyle=DASHES[2], linewidth=1.0, marker=marker, markersize=5,
+            label=label, zorder=2,
+        )  # fmt: skip
 
 
 def _draw_direction(axes: Axes, piece: Piece) -> None:
