@@ -152,7 +152,8 @@ def test_subpaths_keep_their_order_and_what_meets_is_one(read):
 def test_what_is_not_drawn_is_reported_with_its_line(read):
     drawing = read(
         '<defs><path id="a" d="M0 0h1"/></defs>\n<text>R</text>\n<g style="display:none"><path d="M0 0h1"/></g>\n'
-        '<image href="x.png"/><text>S</text><metadata/><style>path {stroke: red}</style>\n<path d="M0 0h9"/><path d=""/>'
+        '<image href="x.png"/><text>S</text><metadata/><style>path {stroke: red}</style>\n'
+        '<path d="M0 0h9"/><path d=""/>'
     )
     assert drawing.segments == {"line": 1}
     found = {entry.what: (entry.count, entry.lines) for entry in drawing.ignored}
@@ -263,7 +264,7 @@ def test_a_million_points_are_read_in_bounded_time(read):
 
 def test_too_much_is_refused(read, tmp_path, monkeypatch):
     monkeypatch.setattr("selfmotion.exchange.svg_file.MOST_SEGMENTS", 30)
-    with pytest.raises(sm.InvalidInputError, match="has more than .* lines, each curve counted as 20"):
+    with pytest.raises(sm.InvalidInputError, match=r"has more than .* lines, each curve counted as 20"):
         read('<circle r="1"/><circle r="2"/>')
     monkeypatch.setattr("selfmotion.exchange.drawing.LARGEST_FILE", 100)
     with pytest.raises(sm.InvalidInputError, match="is larger than 100 bytes"):

@@ -100,8 +100,8 @@ def read_svg(
 
     Notes
     -----
-    The origin is the lower left corner of the viewBox, or else of the page; y points up. Lines, Bezier curves and arcs are exact, under any
-    transform. Text, images and what is hidden are reported; no document type and no entity is read.
+    The origin is the lower left corner of the viewBox, or else of the page; y points up. Lines, Bezier curves and arcs
+    are exact, under any transform. Text, images and what is hidden are reported; no document type, no entity is read.
     """
     source = os.fspath(file)
     options = Options(arm_unit, scale, tolerance, gaps, lift, subpath)

@@ -59,7 +59,9 @@ def page_of(root: Element) -> Page:
         height = "height" in size
         corner = np.array([0.0, size["height"][0] * _pixels(size["height"][1]) if height else 0.0])
         # Without a viewBox a user unit is a pixel, whatever unit the size is in.
-        return Page(None, None, corner, "the lower left corner of the page" if height else "that of the file, without a page")
+        return Page(
+            None, None, corner, "the lower left corner of the page" if height else "that of the file, without a page"
+        )
     numbers = box.replace(",", " ").split()
     try:
         x, y, width, height_ = (float(number) for number in numbers)
