@@ -1,8 +1,8 @@
 """Take the path from a drawing.
 
 A letter as SVG, an outline as DXF, a pocket as G-code: each says its unit, each is read into lines, arcs and Bezier
-curves as they were drawn. What is between strokes is nobody's to guess: the letter's are joined by `gaps`, of the bracket
-only the outline is taken, and the program itself says how it steps over.
+curves as they were drawn. What is between strokes is nobody's to guess: the letter's are joined by `gaps`, of the
+bracket only the outline is taken, and the program itself says how it steps over.
 """
 
 import sys
