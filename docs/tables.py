@@ -5,8 +5,8 @@ import json
 from pathlib import Path
 
 from selfmotion.arms import ARMS
+from selfmotion.exchange.path_kinds import FILE_PATHS
 from selfmotion.exchange.schema import json_schema
-from selfmotion.exchange.waypoint_file import FilePath
 from selfmotion.objectives import OBJECTIVES
 from selfmotion.optimizers import OPTIMIZERS
 from selfmotion.paths import PATHS
@@ -14,7 +14,7 @@ from selfmotion.planners import PLANNERS
 
 REGISTRIES = {
     "arms": ARMS,
-    "paths": {**PATHS, FilePath.kind: FilePath},
+    "paths": {**PATHS, **FILE_PATHS},
     "planners": PLANNERS,
     "optimizers": OPTIMIZERS,
     "objectives": OBJECTIVES,

@@ -269,3 +269,57 @@ def _time_bare():
     began = time.perf_counter()
     subprocess.run([sys.executable, "-c", "pass"], check=True)
     return time.perf_counter() - began
+
+
+DRAWINGS = os.path.join(os.path.dirname(__file__), "..", "examples", "drawings")
+
+
+def test_path_says_what_a_drawing_is_understood_as(run, tmp_path):
+    code, out, err = run("path", os.path.join(DRAWINGS, "letter.svg"), "--info", "--arm-unit", "mm")
+    assert code == 0
+    assert err == ""
+    assert out.startswith("SVG: 2 subpaths of 3 lines, 1 arc, 1 Bezier curve\n")
+    assert "gap of 30: not bridged" in out
+    code, out, err = run("path", os.path.join(DRAWINGS, "pocket.nc"), "--json", "--tolerance", "1e-5")
+    assert code == 0
+    assert err == ""
+    result = read(out)
+    assert result["status"] == "read"
+    assert result["tolerance"] == 1e-5
+    assert result["spindle"] == "S12000 (line 4)"
+    assert {"what": "M5", "count": 1, "lines": [22]} in result["ignored"]
+
+
+def test_path_draws_a_picture_and_spares_those_of_others(run, tmp_path):
+    file = str(tmp_path / "Bild 画 1.png")
+    for _ in range(2):  # its own it replaces
+        code, out, _ = run("path", os.path.join(DRAWINGS, "bracket.dxf"), "--out", file)
+        assert code == 0
+        assert out.endswith(f"written to {file}\n")
+    with open(file, "rb") as picture:
+        assert picture.read().startswith(b"\x89PNG")
+    (tmp_path / "mine.svg").write_text("mine")
+    code, _, err = run("path", os.path.join(DRAWINGS, "bracket.dxf"), "--out", str(tmp_path / "mine.svg"))
+    assert code == 2
+    assert "--force" in err
+    for name in ("picture.pdf", ".png", "folder/"):
+        code, _, err = run("path", os.path.join(DRAWINGS, "bracket.dxf"), "--out", str(tmp_path / name))
+        assert code == 2
+        assert "name one that ends in .png or .svg" in err
+
+
+def test_path_names_what_is_wrong_in_one_line(run, tmp_path):
+    bad = tmp_path / "arc 圆.nc"
+    bad.write_text("G21\nG2 X11 Y0 I5 J0\n")
+    code, out, err = run("path", str(bad), "--json")
+    assert code == 2
+    assert read(out)["error"]["field"] == "line 2"
+    assert err.count("\n") == 1
+    assert str(bad) in err
+    csv = tmp_path / "a.csv"
+    csv.write_text("x,y\n0,0\n3,4\n")
+    assert "length 0.005 m" in run("path", str(csv), "--unit", "mm")[1]
+    assert run("path", str(tmp_path / "none.svg"))[0] == 2
+    assert run("path", str(tmp_path / "none.pdf"))[0] == 2
+    assert run("path", os.path.join(DRAWINGS, "letter.svg"), "--unit", "inch")[0] == 2
+    assert run("path", os.path.join(DRAWINGS, "letter.svg"), "--tolerance", "nan")[0] == 2

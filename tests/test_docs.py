@@ -16,7 +16,12 @@ from selfmotion.cli import app
 from selfmotion.report.figures import FIGURES
 
 ROOT = Path(__file__).parents[1]
-RUN = ("ten-minutes.md", "many-links.md", "shortest.md")  # pages whose snippets and commands are run
+RUN = (
+    "ten-minutes.md",
+    "many-links.md",
+    "shortest.md",
+    "paths-from-files.md",
+)  # pages whose snippets and commands are run
 
 
 def text(page):

@@ -32,7 +32,15 @@ if TYPE_CHECKING:
         UndecidedError,
         UnrepairableError,
     )
-    from selfmotion.exchange import load_plan, load_problem, load_trajectory, save_trajectory
+    from selfmotion.exchange import (
+        load_plan,
+        load_problem,
+        load_trajectory,
+        read_dxf,
+        read_gcode,
+        read_svg,
+        save_trajectory,
+    )
     from selfmotion.intervals import IntervalSet
     from selfmotion.judgement import judge
     from selfmotion.mending import repair
@@ -82,7 +90,9 @@ _HOME = {
         "InfeasibleError", "InvalidInputError", "NothingFeasibleError", "SelfMotionError", "UndecidedError",
         "UnrepairableError",
     ),
-    "exchange": ("load_plan", "load_problem", "load_trajectory", "save_trajectory"),
+    "exchange": (
+        "load_plan", "load_problem", "load_trajectory", "read_dxf", "read_gcode", "read_svg", "save_trajectory",
+    ),
     "intervals": ("IntervalSet",),
     "optimizers": ("CMAES", "DifferentialEvolution", "GA", "GWO", "PSO", "RandomSearch"),
     "paths": (

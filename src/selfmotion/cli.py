@@ -486,6 +486,39 @@ def arms(
 
 
 @app.command()
+def path(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="SVG, DXF, G-code, or waypoints as CSV, JSON, NPY.")],
+    info: Annotated[bool, typer.Option("--info", help="Say what it was understood as; done in any case.")] = True,
+    unit: Annotated[str | None, typer.Option("--unit", metavar="U", help="Of its numbers, if it says none.")] = None,
+    arm_unit: Annotated[str, typer.Option("--arm-unit", metavar="U", help="Of the path: m, mm, cm or inch.")] = "m",
+    tolerance: Annotated[
+        float | None, typer.Option("--tolerance", metavar="X", help="How far ends that meet may be apart.")
+    ] = None,
+    out: Annotated[str | None, typer.Option("--out", metavar="PICTURE", help="Picture to draw, .png or .svg.")] = None,
+    as_json: JsonOption = False,
+    force: ForceOption = False,
+) -> None:
+    """Say what a drawing, a program or a table of waypoints is understood as, and draw it."""
+    from selfmotion.exchange import OutputFolder, read_drawing
+
+    name = os.path.basename(out or "")
+    stem, suffix = os.path.splitext(name)
+    if out is not None and (suffix not in (".png", ".svg") or not stem):
+        raise InvalidInputError("--out", "is no name of a picture", "name one that ends in .png or .svg", out)
+    folder = None if out is None else OutputFolder(os.path.dirname(out) or ".", force)
+    if folder is not None:
+        folder.check([name])
+    found = read_drawing(file, unit, arm_unit=arm_unit, tolerance=tolerance)
+    if folder is not None:
+        from selfmotion.plot import draw_drawing, rendered
+
+        folder.write({name: rendered(stem, draw_drawing, found, width=5.0, height=4.0)[name]})
+    result = {"status": "read", **found.summary(), "version": __version__}
+    lines = found.lines() + ([] if out is None else [f"written to {out}"])
+    _say(_json(result) if as_json else "\n".join(lines))
+
+
+@app.command()
 def schema() -> None:
     """Print the JSON Schema of problem files."""
     from selfmotion.exchange.schema import json_schema

@@ -202,6 +202,17 @@ each_joint.func = plot.draw_each_joint  # what the table of drawing functions is
 DRAWINGS = {
     "path": Drawing(plot.draw_path, lambda case: (case.problem,)),
     "postures": Drawing(plot.draw_postures, lambda case: (case.plan,), height=3.2),
+    "drawing": Drawing(
+        plot.draw_drawing,
+        lambda _: (sm.read_svg(EXAMPLES / "drawings" / "letter.svg", arm_unit="mm", gaps="line"),),
+        height=3.2,
+    ),
+    "drawing_gaps": Drawing(
+        plot.draw_drawing, lambda _: (sm.read_dxf(EXAMPLES / "drawings" / "bracket.dxf", arm_unit="mm"),), height=3.2
+    ),
+    "drawing_in_space": Drawing(
+        plot.draw_drawing, lambda _: (sm.read_svg(EXAMPLES / "drawings" / "letter.svg", lift=0.02),), height=3.2
+    ),
     "joints": Drawing(plot.draw_joints, lambda case: (case.plan,)),
     "joints_many": Drawing(plot.draw_joints, lambda case: (case.many,)),
     "postures_six": Drawing(plot.draw_postures, lambda case: (case.modules,)),

@@ -1,18 +1,27 @@
-"""Files in and out: problems, trajectories, and the one place that writes to disk."""
+"""Files in and out: problems, paths, trajectories, and the one place that writes to disk."""
 
 from __future__ import annotations
 
+from selfmotion.exchange.drawing import Drawing, Gap, Ignored, Subpath
+from selfmotion.exchange.drawings import read_drawing
+from selfmotion.exchange.dxf_file import read_dxf
 from selfmotion.exchange.files import OutputFolder, read_text, write_file
+from selfmotion.exchange.gcode_file import read_gcode
 from selfmotion.exchange.plan_file import load_plan, save_plan
 from selfmotion.exchange.problem_file import ProblemFile, load_problem, problem_from
 from selfmotion.exchange.structure import sampled_lines, sampled_object, structure_lines, structure_object
+from selfmotion.exchange.svg_file import read_svg
 from selfmotion.exchange.timed_file import TimedRows, load_trajectory, save_trajectory
 from selfmotion.exchange.trajectory import Trajectory, motion_csv, read_trajectory, trajectory_csv
 from selfmotion.exchange.waypoint_file import load_waypoints
 
 __all__ = [
+    "Drawing",
+    "Gap",
+    "Ignored",
     "OutputFolder",
     "ProblemFile",
+    "Subpath",
     "TimedRows",
     "Trajectory",
     "load_plan",
@@ -21,6 +30,10 @@ __all__ = [
     "load_waypoints",
     "motion_csv",
     "problem_from",
+    "read_drawing",
+    "read_dxf",
+    "read_gcode",
+    "read_svg",
     "read_text",
     "read_trajectory",
     "sampled_lines",

@@ -14,6 +14,8 @@ from selfmotion.errors import InvalidInputError
 
 MANIFEST = ".selfmotion.json"
 """Lists what selfmotion wrote into a folder, with checksums: only that may be replaced unasked."""
+UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
+"""Metres in one unit of a file's positions."""
 
 
 class OutputFolder:
@@ -150,6 +152,22 @@ def read_text(file: str | os.PathLike[str], largest: int = 200_000_000) -> str:
     InvalidInputError
         If it cannot be read, is larger than `largest` bytes, or is not text.
     """
+    data = read_bytes(file, largest)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        source = os.fspath(file)
+        raise InvalidInputError("", "is not a UTF-8 text file", "is it the right file?", source=source) from None
+
+
+def read_bytes(file: str | os.PathLike[str], largest: int = 200_000_000) -> bytes:
+    """Return the bytes of a file.
+
+    Raises
+    ------
+    InvalidInputError
+        If it cannot be read or is larger than `largest` bytes.
+    """
     path, source = Path(file), os.fspath(file)
     if "\0" in source:
         raise InvalidInputError("", "is no name of a file", "name one", source)
@@ -158,13 +176,11 @@ def read_text(file: str | os.PathLike[str], largest: int = 200_000_000) -> str:
             raise IsADirectoryError
         if path.stat().st_size > largest:
             raise InvalidInputError("", f"is larger than {largest} bytes", "is it the right file?", source=source)
-        return path.read_bytes().decode("utf-8-sig")
+        return path.read_bytes()
     except IsADirectoryError:
         raise InvalidInputError("", "is a folder", "name a file", source=source) from None
     except FileNotFoundError:
         raise InvalidInputError("", "does not exist", "check the name", source=source) from None
-    except UnicodeDecodeError:
-        raise InvalidInputError("", "is not a UTF-8 text file", "is it the right file?", source=source) from None
     except OSError as error:
         reason = error.strerror or str(error)
         raise InvalidInputError("", f"cannot be read ({reason})", "check the file", source=source) from None

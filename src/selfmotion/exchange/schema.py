@@ -20,7 +20,7 @@ from selfmotion._checks import choice
 from selfmotion._types import FileName
 from selfmotion.arms import ARMS
 from selfmotion.errors import InvalidInputError
-from selfmotion.exchange.waypoint_file import FilePath
+from selfmotion.exchange.path_kinds import FILE_PATHS
 from selfmotion.objectives import OBJECTIVES
 from selfmotion.optimizers import OPTIMIZERS, Optimizer
 from selfmotion.paths import PATHS, Path
@@ -85,7 +85,7 @@ _BY_MARK = {
 }
 _SECTIONS: dict[str, Mapping[str, Callable[..., Any]]] = {
     "arm": ARMS,
-    "path": {**PATHS, FilePath.kind: FilePath},
+    "path": {**PATHS, **FILE_PATHS},
     "planner": PLANNERS,
     "optimizer": OPTIMIZERS,
 }

@@ -1,4 +1,4 @@
-"""Waypoint files: CSV with one point or pose per row, as controllers and CAM programs write them."""
+"""Waypoint files: one point or pose per row, as CSV from controllers and CAM programs, as JSON or as a NumPy array."""
 
 from __future__ import annotations
 
@@ -10,31 +10,39 @@ import numpy as np
 from selfmotion._checks import LARGEST, choice
 from selfmotion._types import FileName, FloatArray, Placement
 from selfmotion.errors import InvalidInputError
-from selfmotion.exchange.files import read_text
+from selfmotion.exchange.file_path import PathFromFile, about_file
+from selfmotion.exchange.files import UNITS, read_bytes, read_text
+from selfmotion.exchange.waypoint_table import (
+    array_table,
+    in_metres,
+    json_table,
+    wanted_columns,
+)
 from selfmotion.paths import Path, Placed, PoseWaypoints, Waypoints
-from selfmotion.paths.base import POSE, SPACE
-from selfmotion.rotations import TOLERANCE
+from selfmotion.paths.base import POSE
 
-UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
-"""Metres in one unit of a file's positions."""
-_POSITION = ("x", "y", "z")
-# The order inside the library; a file's columns go by their names.
-_QUATERNION = ("qw", "qx", "qy", "qz")
 _COUNTS = ("r", "t", "index")
 _REMEDY = "start with x,y,z,qx,qy,qz,qw (or x,y,z or x,y), in any order"
 
 
-def load_waypoints(file: str | os.PathLike[str], unit: Literal["m", "mm", "cm", "inch"] = "m") -> FloatArray:
+def load_waypoints(file: str | os.PathLike[str], unit: Literal["m", "mm", "cm", "inch"] | None = None) -> FloatArray:
     """Read a table of points or poses.
 
     Parameters
     ----------
     file : path-like
-        UTF-8 text. The first row names the columns, in any order: ``x,y,z,qx,qy,qz,qw`` for poses, ``x,y,z`` or ``x,y``
-        for points. Columns are separated by commas, semicolons or tabs. What follows a ``#`` is a comment. The first
-        column may be ``r``, ``t`` or ``index``; it is not read. Any other column is an error.
-    unit : {"m", "mm", "cm", "inch"}
-        Of the positions.
+        By the end of its name:
+
+        - ``.json``: ``[[x, y], …]`` or ``[[x, y, z], …]``; ``[{"x": …, "y": …}, …]``; or ``{"points": [[…], …]}`` with
+          ``"columns"``, their names, and ``"unit"`` if wanted.
+        - ``.npy``: an array of shape (k, 2) or (k, 3), or one with named fields.
+        - anything else is CSV in UTF-8. The first row names the columns, separated by commas, semicolons or tabs. What
+          follows a ``#`` is a comment. The first column may be ``r``, ``t`` or ``index``; it is not read.
+
+        Columns and fields, in any order, are ``x,y,z,qx,qy,qz,qw`` for poses, ``x,y,z`` or ``x,y`` for points. Any
+        other is an error.
+    unit : {"m", "mm", "cm", "inch"}, optional
+        Of the positions; by default what the file says, else m.
 
     Returns
     -------
@@ -45,14 +53,31 @@ def load_waypoints(file: str | os.PathLike[str], unit: Literal["m", "mm", "cm", 
     ------
     InvalidInputError
         Naming file, line and column: if a column is missing or not known, a value is no finite number, a quaternion is
-        not of unit norm, or there are fewer than two rows.
+        not of unit norm, the file states another unit, or there are fewer than two rows.
     """
-    scale = UNITS[choice("unit", unit, UNITS)]
+    if unit is not None:
+        choice("unit", unit, UNITS)
     source = os.fspath(file)
+    suffix = os.path.splitext(source)[1].lower()
     try:
-        return _parsed(read_text(file), scale)
+        if suffix == ".npy":
+            return in_metres(array_table(read_bytes(file)), UNITS[unit or "m"], "row {}".format)
+        if suffix == ".json":
+            table, stated = json_table(read_text(file))
+            return in_metres(table, UNITS[_agreed(unit, stated)], "row {}".format)
+        return _parsed(read_text(file), UNITS[unit or "m"])
     except InvalidInputError as error:
         raise error if error.source else error.inside(source=source) from None
+
+
+def _agreed(unit: str | None, stated: str | None) -> str:
+    """Return the unit that caller and file agree on."""
+    if stated is not None:
+        choice("unit", stated, UNITS)
+    if stated is not None and unit is not None and unit != stated:
+        remedy = "leave unit out to take the file's word, or correct the file"
+        raise InvalidInputError("unit", f"is {unit}, and the file says {stated}", remedy)
+    return stated or unit or "m"
 
 
 def _parsed(text: str, scale: float) -> FloatArray:
@@ -65,7 +90,9 @@ def _parsed(text: str, scale: float) -> FloatArray:
     (number, header), *rows = lines
     separator = next((mark for mark in ("\t", ";", ",") if mark in header), ",")
     names = [name.strip().strip('"').lower() for name in header.split(separator)]
-    wanted = _wanted(names, f"line {number}")
+    counted = names[:1] if names[0] in _COUNTS else []
+    before = f"{_REMEDY}; before them one of {', '.join(_COUNTS)}"
+    wanted = wanted_columns(names, f"line {number}", _REMEDY, counted, f"drop them: {before}")
     if len(rows) < 2:
         raise InvalidInputError("", f"has {len(rows)} rows below its header", "give at least two")
     columns = [names.index(name) for name in wanted]
@@ -76,37 +103,7 @@ def _parsed(text: str, scale: float) -> FloatArray:
             reason = f"has {len(cells)} columns, and the header has {len(names)}"
             raise InvalidInputError(f"line {number}", reason, "give one number per column", line)
         table[at] = [_number(cells[c], number, name) for c, name in zip(columns, wanted, strict=True)]
-    table[:, : SPACE if len(wanted) > 2 else 2] *= scale
-    if len(wanted) == POSE:
-        norms = np.linalg.norm(table[:, SPACE:], axis=1)
-        wrong = np.flatnonzero(np.abs(norms - 1.0) > TOLERANCE)
-        if len(wrong):
-            reason = f"holds no unit quaternion: its norm is {norms[wrong[0]]:.9g}"
-            remedy = "divide it by its norm, with seven digits or more"
-            raise InvalidInputError(f"line {rows[wrong[0]][0]}", reason, remedy, table[wrong[0], SPACE:].tolist())
-        table[:, SPACE:] /= norms[:, None]
-    return table
-
-
-def _wanted(names: list[str], where: str) -> list[str]:
-    """Return the columns to read, in the library's order, checked against the header."""
-    if not any(name in names for name in _POSITION):
-        raise InvalidInputError(where, "names no columns x, y, z", _REMEDY, names)
-    repeated = [name for name in names if names.count(name) > 1]
-    if repeated:
-        raise InvalidInputError(where, f"names the column {repeated[0]} twice", "drop one of them", names)
-    counted = names[1:] if names[0] in _COUNTS else names
-    unknown = [name for name in counted if name not in (*_POSITION, *_QUATERNION)]
-    if unknown:
-        listed = ", ".join(repr(name) for name in unknown)
-        remedy = f"drop them: {_REMEDY}; before them one of {', '.join(_COUNTS)}"
-        raise InvalidInputError(where, f"names columns that are not known: {listed}", remedy, names)
-    turned = any(name in names for name in _QUATERNION)
-    wanted = [*_POSITION, *_QUATERNION] if turned else [*_POSITION] if "z" in names else ["x", "y"]
-    missing = [name for name in wanted if name not in names]
-    if missing:
-        raise InvalidInputError(where, f"lacks the columns {', '.join(missing)}", _REMEDY, names)
-    return wanted
+    return in_metres(table, scale, lambda row: f"line {rows[row][0]}")
 
 
 def _number(text: str, line: int, column: str) -> float:
@@ -120,8 +117,8 @@ def _number(text: str, line: int, column: str) -> float:
     return value
 
 
-class FilePath(Path):
-    """The points or poses of a CSV file, joined.
+class FilePath(PathFromFile):
+    """The points or poses of a CSV, JSON or NumPy file, joined.
 
     Parameters
     ----------
@@ -129,8 +126,8 @@ class FilePath(Path):
         See :func:`load_waypoints`.
     interpolation : {"linear", "spline"}
         As of ``waypoints`` and ``pose_waypoints``.
-    unit : {"m", "mm", "cm", "inch"}
-        Of the file's positions; the path is in metres.
+    unit : {"m", "mm", "cm", "inch"}, optional
+        Of the file's positions; the path is in metres. By default what the file says, else m.
     parameter : {"uniform", "length"}
         How poses share r; points share it by their distances.
     frame, tool : mapping, optional
@@ -148,53 +145,21 @@ class FilePath(Path):
         self,
         file: FileName,
         interpolation: Literal["linear", "spline"] = "linear",
-        unit: Literal["m", "mm", "cm", "inch"] = "m",
+        unit: Literal["m", "mm", "cm", "inch"] | None = None,
         parameter: Literal["uniform", "length"] = "uniform",
         frame: Placement = None,
         tool: Placement = None,
     ) -> None:
-        self.file = os.fspath(file)
-        for name, value, options in (
-            ("unit", unit, UNITS),
-            ("parameter", parameter, ("uniform", "length")),
-            ("interpolation", interpolation, ("linear", "spline")),
-        ):
-            choice(name, value, options)
-        path: Path
-        try:
+        choice("unit", unit or "m", UNITS)
+        choice("parameter", parameter, ("uniform", "length"))
+        choice("interpolation", interpolation, ("linear", "spline"))
+        name = os.fspath(file)
+
+        def joined() -> Path:
             table = load_waypoints(file, unit)
             if table.shape[1] == POSE:
-                path = PoseWaypoints(table, interpolation, parameter)
-            else:
-                path = Waypoints(table, interpolation)
-        except InvalidInputError as error:
-            # The source of what is wrong further out is the problem file.
-            where = ", ".join(part for part in (self.file, error.field) if part)
-            raise InvalidInputError("file", f"{where}: {error.reason}", error.remedy, error.value) from None
-        self.path = path if frame is None and tool is None else Placed(path, frame, tool)
-        self.dimension, self.highest_order = self.path.dimension, self.path.highest_order
+                return PoseWaypoints(table, interpolation, parameter)
+            return Waypoints(table, interpolation)
 
-    def __repr__(self) -> str:
-        return f"FilePath({self.file!r}, {self.path!r})"
-
-    @property
-    def breaks(self) -> FloatArray:
-        """The inner rows."""
-        return self.path.breaks
-
-    @property
-    def waypoints(self) -> FloatArray:
-        """Path parameters of all rows."""
-        return self.path.waypoints
-
-    def _evaluate(self, r: FloatArray, order: int) -> FloatArray:
-        return self.path(r, order)
-
-    def _fastest(self, low: float, high: float) -> float:
-        return self.path.fastest(low, high)
-
-    def _bending(self, low: float, high: float) -> float:
-        return self.path.bending(low, high)
-
-    def _turning(self, low: float, high: float) -> float:
-        return self.path.turning(low, high)
+        path = about_file(name, joined)
+        super().__init__(name, path if frame is None and tool is None else Placed(path, frame, tool))

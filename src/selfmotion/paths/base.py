@@ -204,6 +204,10 @@ class Path(ABC):
     @cached_property
     def length(self) -> float:
         """Arc length ∫|x'(r)| dr of the position, to about ten digits."""
+        return self.integrated_length()
+
+    def integrated_length(self) -> float:
+        """Return the arc length as an integral, whatever the curve."""
         return integrate(lambda r: distance(self._evaluate(r, 1)), self.grid(16), tolerance=1e-12).value
 
     @cached_property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -126,6 +127,13 @@ class Waypoints(Path):
 
     def __repr__(self) -> str:
         return f"Waypoints({self.points.tolist()}, {self.interpolation!r})"
+
+    @cached_property
+    def length(self) -> float:
+        """Arc length: of a polyline the sum of its chords, however many they are."""
+        if self.interpolation == "linear":
+            return float(distance(np.diff(self.points, axis=0)).sum())
+        return self.integrated_length()
 
     @property
     def breaks(self) -> FloatArray:

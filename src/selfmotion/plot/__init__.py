@@ -17,6 +17,7 @@ from selfmotion.plot.connectivity import draw_sampled_joints, draw_samples
 from selfmotion.plot.curve_domain import draw_sampled_domain, sampled_domain_figure
 from selfmotion.plot.data import figure_data
 from selfmotion.plot.domain import draw_domain
+from selfmotion.plot.drawing import draw_drawing
 from selfmotion.plot.evolution import draw_evolution
 from selfmotion.plot.flow import draw_flow, flow_height
 from selfmotion.plot.joints import draw_each_joint, draw_joints, draw_parameter
@@ -105,6 +106,7 @@ def motion_figures(
 
 __all__ = [
     "draw_domain",
+    "draw_drawing",
     "draw_each_joint",
     "draw_evolution",
     "draw_extreme_postures",
