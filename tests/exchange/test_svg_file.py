@@ -28,6 +28,7 @@ CIRCLES = {
     "two arcs": ('<path d="M 75 50 A 25 25 0 0 1 25 50 A 25 25 0 0 1 75 50 Z"/>', 2),
     "a small and a large arc": ('<path d="M75 50A25 25 0 0 1 50 75 25 25 0 1 1 75 50z"/>', 2),
     "an arc grown to fit": ('<path d="M 75 50 A 1 1 0 0 0 25 50 a 25 25 0 0 0 50 0"/>', 2),
+    "arcs grown from next to nothing": ('<path d="M75 50A1e-308 1e-308 0 0 1 25 50 1e-9 1e-9 0 0 1 75 50"/>', 2),
     "circle": ('<circle cx="50" cy="50" r="25"/>', 1),
     "ellipse": ('<ellipse cx="50" cy="50" rx="25" ry="25"/>', 1),
     "moved": ('<g transform="translate(50,50)"><circle r="25" transform="rotate(33)"/></g>', 1),
@@ -85,6 +86,7 @@ def test_quadratic_and_smooth_curves_and_all_letters(read):
         ('<rect x="1" y="2" width="30" height="20" rx="5"/>', 60 + 10 * np.pi, {"line": 4, "arc": 4}),
         ('<rect width="30" height="20" ry="90" rx="5"/>', None, {"line": 2, "ellipse": 4}),
         ('<path d="M0 0 30 0A0 5 0 0 1 30 40"/>', 70, {"line": 2}),
+        ('<path d="M0 0 30 0A20 1e-308 0 0 1 30 40"/>', 70, {"line": 2}),
     ],
 )
 def test_basic_shapes(read, shape, length, kinds):
@@ -210,6 +212,11 @@ BAD = {
     "line 2, <use>: refers to itself": svg('<g id="a"><use href="#a"/></g>').encode(),
     "line 1, viewBox: is not four numbers": svg("", 'width="1mm" viewBox="0 0 a"').encode(),
     "line 1, viewBox: has no size": svg("", 'width="1mm" viewBox="0 0 0 5"').encode(),
+    "line 1, viewBox: has no size ": svg("", 'width="1mm" viewBox="0 0 1e308 1e308"').encode(),
+    "line 2, <path>: has a transform that is not read   ": svg('<path transform="rotate(1e308)" d="M0 0h1"/>').encode(),
+    "line 2, <circle>: is enlarged beyond": svg(
+        '<g transform="scale(1e9)"><circle r="1" transform="scale(1e9)"/></g>'
+    ).encode(),
     "line 1, width: is not a length": svg("", 'width="1parsec" viewBox="0 0 1 1"').encode(),
     "line 2: nests more than 200 elements": svg("<g>" * 300 + "</g>" * 300).encode(),
     "unit: is stated nowhere": svg('<path d="M0 0h1"/>', 'width="100" height="100" viewBox="0 0 1 1"').encode(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Iterator
 from itertools import pairwise
@@ -123,6 +124,8 @@ def _document(file: str | os.PathLike[str]) -> Any:
         from ezdxf.filemanagement import readfile
     except ImportError:
         raise needs_extra("ezdxf") from None
+    # What a file has wrong is said by our errors; without this its log would go to the terminal.
+    logging.getLogger("ezdxf").addHandler(logging.NullHandler())
     data = read_checked(file)
     binary = data.startswith(b"AutoCAD Binary DXF")
     if not data.strip():

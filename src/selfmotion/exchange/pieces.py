@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from selfmotion._checks import LARGEST
 from selfmotion._types import FloatArray
+from selfmotion.errors import InvalidInputError
 from selfmotion.paths import Arc, Bezier, Concatenation, Ellipse, Line, Path, Placed, Waypoints
 from selfmotion.paths.base import PLANE, SPACE, distance
 
@@ -140,6 +142,8 @@ def elliptic(center: FloatArray, matrix: FloatArray, start: float, sweep: float)
 
     Whatever an affine map makes of a circle is an ellipse: its semi-axes are the matrix's singular values.
     """
+    if not np.abs(matrix).max() <= LARGEST:
+        raise InvalidInputError("radius", f"exceeds {LARGEST:g} in magnitude", "correct it")
     turn, radii, back = np.linalg.svd(matrix)
     if not radii[0] > 0 or sweep == 0:
         return None

@@ -48,6 +48,7 @@ _ADVICE = {
 _DEEPEST_USE = 20
 _MOST_USES = 100_000
 _LARGEST = 1e12
+_THIN = 1e-12
 
 Affine = tuple[FloatArray, FloatArray]
 """``x ↦ M x + shift``"""
@@ -182,6 +183,8 @@ class _Walk:
             for child in element.children:
                 yield from self.strokes(child, here, uses)
         elif name in _SHAPES:
+            if not max(np.abs(part).max() for part in here) <= _LARGEST:
+                raise _wrong(element, f"is enlarged beyond {_LARGEST:g}", "correct the transforms around it")
             for stroke in self._shape(element, here):
                 self._count += sum(piece.weight for piece in stroke)
                 if self._count > MOST_SEGMENTS:
@@ -193,11 +196,14 @@ class _Walk:
     def _transform(self, element: Element) -> Affine:
         from svgpathtools.parser import parse_transform
 
+        text = element.attributes.get("transform")
         try:
-            matrix = parse_transform(element.attributes.get("transform"), strict=True)
+            with np.errstate(invalid="ignore", over="ignore"):
+                matrix = parse_transform(text, strict=True)
         except ValueError:
-            text = element.attributes["transform"]
-            raise _wrong(element, "has a transform that is not read", "write matrix(a b c d e f)", text) from None
+            matrix = np.full((3, 3), np.nan)
+        if not np.abs(matrix).max() <= _LARGEST:
+            raise _wrong(element, "has a transform that is not read", "write matrix(a b c d e f)", text)
         return matrix[:2, :2], matrix[:2, 2]
 
     def _used(self, element: Element, here: Affine, uses: int) -> Iterator[list[Piece]]:
@@ -300,6 +306,10 @@ def _curve(segment: Any, here: Affine) -> Piece | None:
     if hasattr(segment, "bpoints"):
         return bezier(_moved(here, _pairs(segment.bpoints())))
     radii = np.abs([segment.radius.real, segment.radius.imag])
+    if not (np.isfinite(radii).all() and radii.min() > _THIN * radii.max()):  # as thin as a line
+        return line(_moved(here, _pairs([segment.start, segment.end])))
+    # Radii that are too small grow; starting from what is far too small, as large as can be told.
+    radii = radii * max(1.0, _THIN * abs(segment.end - segment.start) / radii.max())
     rotation = np.deg2rad(segment.rotation)
     turn = _rotation(rotation)
     # In the frame of its axes, divided by its radii, the arc is one of the unit circle.

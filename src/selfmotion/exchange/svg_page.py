@@ -19,6 +19,7 @@ _PHYSICAL = {
     "mm": (1e-3, "mm"), "cm": (1e-2, "cm"), "in": (_INCH, "inch"), "pt": (_INCH / 72, "pt"), "pc": (_INCH / 6, "pc"),
     "Q": (2.5e-4, "Q"),
 }  # fmt: skip
+_LARGEST = 1e12
 _BOX = "the lower left corner of the viewBox"
 _LENGTH = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-z%]*)\s*")
 
@@ -67,8 +68,9 @@ def page_of(root: Element) -> Page:
         x, y, width, height_ = (float(number) for number in numbers)
     except ValueError:
         raise _wrong(root, "viewBox", "is not four numbers", box) from None
-    if not (np.isfinite([x, y, width, height_]).all() and width > 0 and height_ > 0):
-        raise _wrong(root, "viewBox", "has no size", box)
+    largest = np.abs([x, y, width, height_]).max()
+    if not (largest <= _LARGEST and min(width, height_) >= 1 / _LARGEST):
+        raise _wrong(root, "viewBox", f"has no size up to {_LARGEST:g}", box)
     corner = np.array([x, y + height_])
     named = {name: unit for name, (_, unit) in size.items() if unit in _PHYSICAL}
     if not named:
@@ -96,7 +98,7 @@ def length(text: str, name: str, line: int) -> tuple[float, str]:
     found = _LENGTH.fullmatch(text)
     value = float(found[1]) if found else np.nan
     unit = found[2] if found else ""
-    if not np.isfinite(value) or abs(value) > 1e12 or (unit not in _PHYSICAL and unit not in ("", "px")):
+    if not np.isfinite(value) or abs(value) > _LARGEST or (unit not in _PHYSICAL and unit not in ("", "px")):
         remedy = f"write a number, or one with {', '.join(_PHYSICAL)} or px"
         raise InvalidInputError(f"line {line}, {name}", "is not a length", remedy, text)
     return value, unit
