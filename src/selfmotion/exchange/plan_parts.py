@@ -12,7 +12,6 @@ from selfmotion._checks import choice, finite_array
 from selfmotion._types import FileName, FloatArray
 from selfmotion.arms import JointBox, PlanarArm, RedundantArm
 from selfmotion.arms.chain import Chain as JointChain
-from selfmotion.arms.chain_arm import ChainArm
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange import plan_forms as forms
 from selfmotion.exchange.schema import build, checked, hints_of, inside
@@ -179,6 +178,8 @@ def _arm_object(arm: RedundantArm) -> dict[str, Any]:
     if type(arm) is PlanarArm:
         limits = arm.limits.as_list()
         return {"kind": "planar", "links": arm.links, "limits": limits, "direction": arm.direction}
+    from selfmotion.arms.chain_arm import ChainArm  # compiled kernels, which planar arms do without
+
     if isinstance(arm, ChainArm):
         chain = arm.chain
         for solved in [name for name, made in _solvers().items() if type(arm) is made]:
