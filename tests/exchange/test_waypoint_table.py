@@ -128,7 +128,7 @@ BAD = [
     ("a.json", "[[1, 2], [1, true]]", "row 1: holds what is no number"),
     ("a.json", json.dumps(POSES), "row 0: does not say which number is which"),
     ("a.json", '[{"x": 1, "y": 2}, {"x": 1}]', "row 1: has other names than row 0"),
-    ("a.json", '[{"x": 1, "y": 2, "f": 0}] * 2', "line 1, column "),
+    ("a.json", '[{"x": 1, "y": 2, "f": 0}] * 2', "line 1, column 28: is not JSON"),
     ("a.json", json.dumps([{"x": 1, "y": 2, "f": 0}] * 2), "columns: names columns that are not known: 'f'"),
     ("a.json", '{"points": [[1, 2], [3, 4]], "speed": 1}', "has the unknown field 'speed'"),
     ("a.json", '{"columns": ["x", "y"]}', "has no points"),
