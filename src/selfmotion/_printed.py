@@ -1,0 +1,178 @@
+"""What commands print: verdicts, tables and JSON of results and of errors, and progress."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from selfmotion.errors import InfeasibleError, InvalidInputError, SelfMotionError
+
+if TYPE_CHECKING:
+    from selfmotion.optimizers import Progress
+
+
+def _compared(result: dict[str, Any]) -> list[str]:
+    """Return the lines of a comparison."""
+    estimated = "estimated_bound" in result
+    gap = "estimated_gap" if estimated else "gap"
+    header = (
+        "motion",
+        "holds",
+        "cost",
+        gap.replace("_", " "),
+        "chord sum",
+        "l2 waypoints",
+        "largest step",
+        "jumps",
+        "time",
+    )
+
+    def shown(value: float | None, form: str = ".6g", unit: str = "") -> str:
+        return "–" if value is None else f"{value:{form}}{unit}"
+
+    motions = result["motions"]
+    rows = [
+        (
+            row["name"], _yes(row["holds"]), shown(row["cost"]), shown(row.get(gap), ".2%"), shown(row["cost_sampled"]),
+            shown(row["l2_waypoints"]), shown(row["max_joint_step"], ".3g"), shown(row["jumps"], "d"),
+            shown(row["seconds"], ".2f", " s"),
+        )
+        for row in motions
+    ]  # fmt: skip
+    says = "no motion costs less than" if not estimated else "motions are estimated to cost no less than"
+    bound = result["estimated_bound" if estimated else "lower_bound"]
+    lines = [f"objective {result['objective']}: {says} {bound:.6g}"]
+    lines += _table(header, rows)
+    return lines + [f"{row['name']}: {row['why_not']}" for row in motions if row["why_not"]]
+
+
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the lines of a table, columns two spaces apart."""
+    widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in (header, *rows)]
+    return [line.rstrip() for line in lines]
+
+
+def _yes(value: bool) -> str:
+    return "yes" if value else "no"
+
+
+def _say(text: str) -> None:
+    """Print to stdout; a reader that has gone away changes nothing, a full disk is said."""
+    try:
+        print(text.removesuffix("\n"), flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError as error:
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 (nothing more can be said there)
+        raise InvalidInputError("stdout", f"cannot be written to ({error.strerror})", "make room") from None
+
+
+def _failure(error: SelfMotionError) -> dict[str, Any]:
+    """Return the result object of a run that ended without a motion."""
+    from selfmotion.plans import result_object
+
+    found = _infeasibility(error) if isinstance(error, InfeasibleError) else {}
+    details = {
+        "message": error.message,
+        "remedy": error.remedy,
+        "file": getattr(error, "source", None),
+        "field": getattr(error, "field", None) or None,
+    }
+    return result_object(status=error.status, **found, error=details)
+
+
+def _blocked(part: Any) -> dict[str, Any]:
+    return {"r": list(part.r), "cause": part.cause, "short_by": part.short_by, "limits": list(part.limits)}
+
+
+def _infeasibility(error: InfeasibleError) -> dict[str, Any]:
+    """Return what is known of a problem without a motion."""
+    from dataclasses import asdict
+
+    found: dict[str, Any] = {"blocked": [_blocked(part) for part in error.blocked]}
+    found["needs"] = [asdict(need) for need in error.needs]
+    found["proof"] = None if error.proof is None else asdict(error.proof)
+    if error.reconfigured is not None:
+        breaks = error.reconfigured.breaks
+        found["reconfigurations"] = len(breaks)
+        found["breaks"] = [{"r": part.r, "r_range": list(part.r_range), "travel": part.travel} for part in breaks]
+        found["l1_travel"] = error.reconfigured.l1_travel
+    return found
+
+
+def _verdict(summary: dict[str, Any]) -> str:
+    parameters = summary["parameters"]
+    chosen = [f"{name} = {value:.6g}" for name, value in parameters.items() if isinstance(value, float)]
+    if "elbow" in parameters:
+        elbow = parameters["elbow"]
+        chosen.append(f"{elbow} elbow" if elbow in ("positive", "negative") else f"branch {elbow}")
+    chosen += [parameters[name] for name in ("stopped", "argument") if name in parameters]
+    margin = summary["min_limit_margin"]
+    error = "unknown" if summary["cost_error"] is None else f"{summary['cost_error']:.0e}"
+    return "\n".join(
+        [
+            f"solved: cost {summary['cost']:.9g} (error {error}), {summary['cost_sampled']:.9g} as a chord sum",
+            *_bound(summary),
+            f"  {', '.join([summary['planner'], *chosen])}; "
+            f"{summary['evaluations']} evaluations in {summary['wall_time_s']:.2f} s",
+            f"  tool within {summary['max_tracking_error']:.1e} of the path, largest joint step "
+            f"{summary['max_joint_step']:.3g} rad, "
+            + ("no joint is limited" if margin is None else f"{margin:.4g} rad from the nearest limit"),
+        ]
+    )
+
+
+def _bound(summary: dict[str, Any]) -> list[str]:
+    """Return the line that says what is proved of every other motion, or estimated, if anything is."""
+    from selfmotion.certificate.verdict import verdict
+
+    cost, error = summary["cost"], summary["cost_error"]
+    for rigorous, name, gap, says in (
+        (True, "lower_bound", "gap", "no motion costs less than"),
+        (False, "estimated_bound", "estimated_gap", "motions are estimated to cost no less than"),
+    ):
+        bound = summary.get(name)
+        if bound is not None:
+            within = verdict(cost, math.inf if error is None else error, bound, rigorous=rigorous)
+            left = "unknown" if summary.get(gap) is None else f"{summary[gap]:.1e}"
+            return [f"  {within}: {says} {bound:.9g} ({gap.replace('_', ' ')} {left})"]
+    return []
+
+
+def _json(value: Any) -> str:
+    return json.dumps(_known(value), indent=1, allow_nan=False) + "\n"
+
+
+def _known(value: Any) -> Any:
+    """Return `value` with null for numbers that are not finite, however deep inside: JSON has none."""
+    if isinstance(value, dict):
+        return {key: _known(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_known(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+@contextmanager
+def _progress(title: str) -> Iterator[Progress | None]:
+    """Give a progress callback that draws on a terminal; None, and silence, when piped."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bars
+
+    columns = [TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[best]}"), TimeRemainingColumn()]
+    with Bars(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(title, total=None, best="")
+
+        def report(done: int, total: int, best: float) -> None:
+            bar.update(task, completed=done, total=total or None, best=f"best {best:.6g}" * math.isfinite(best))
+
+        yield report
