@@ -308,6 +308,68 @@ def test_path_draws_a_picture_and_spares_those_of_others(run, tmp_path):
         assert "name one that ends in .png or .svg" in err
 
 
+def test_path_takes_what_problem_files_take(run, tmp_path):
+    """Gaps, lifts, subpaths and the like: the path of the command is that of the problem file and of Python."""
+    from selfmotion.exchange import read_drawing
+    from selfmotion.exchange.schema import build
+
+    for name, options in (
+        ("letter.svg", {"gaps": "line", "arm_unit": "mm"}),
+        ("letter.svg", {"lift": 5.0, "arm_unit": "mm", "scale": 2.0}),
+        ("letter.svg", {"subpath": 1, "tolerance": 0.01}),
+        ("pocket.nc", {"dimension": 2, "arm_unit": "inch"}),
+        ("bracket.dxf", {"gaps": "line", "arm_unit": "cm"}),
+    ):
+        file = os.path.join(DRAWINGS, name)
+        words = [word for key, value in options.items() for word in (f"--{key.replace('_', '-')}", str(value))]
+        code, out, err = run("path", file, *words, "--json")
+        assert (code, err) == (0, "")
+        kind = {"svg": "svg", "dxf": "dxf", "nc": "gcode"}[name.split(".")[1]]
+        drawing = read_drawing(file, **options)
+        assert read(out) | {"status": "read"} == {
+            "status": "read",
+            **drawing.summary(),
+            "version": selfmotion.__version__,
+        }
+        path = build("path", {"kind": kind, "file": file, **options})
+        r = np.linspace(0, 1, 50)
+        np.testing.assert_array_equal(path(r), drawing.path(r))
+    assert "crossed above" in run("path", os.path.join(DRAWINGS, "letter.svg"), "--lift", "0.02")[1]
+    assert "joined by a straight line" in run("path", os.path.join(DRAWINGS, "letter.svg"), "--gaps", "line")[1]
+    for words in (
+        ["--gaps", "jump"],
+        ["--lift", "0"],
+        ["--lift", "1", "--gaps", "line"],
+        ["--subpath", "9"],
+        ["--dimension", "2"],
+    ):
+        code, _, err = run("path", os.path.join(DRAWINGS, "letter.svg"), *words)
+        assert code == 2
+        assert err.count("\n") == 1
+
+
+def test_a_path_too_small_for_the_arm_is_planned_with_a_warning(run, tmp_path):
+    letter = os.path.join(DRAWINGS, "letter.svg")
+    arm = {"kind": "planar", "links": [120, 120, 80]}
+    inner = {"kind": "svg", "file": letter, "subpath": 0}
+    path = {"kind": "transformed", "path": inner, "translation": [130, -60]}
+    problem = tmp_path / "small.json"
+    problem.write_text(json.dumps({"arm": arm, "path": path, "planner": {"kind": "global", "gap": 0.1}}))
+    code, out, err = run("plan", str(problem), "--json")
+    assert code == 0
+    assert err.startswith("selfmotion: warning: the path extends over 0.08 (length ")
+    assert read(out)["warnings"] == [err.removeprefix("selfmotion: warning: ").strip()]
+    code, out, _ = run("path", letter, "--arm", str(problem))
+    assert code == 0
+    assert "warning: the path extends over 0.08 m (length 0.254 m), the arm reaches 320 m" in out
+    assert "warning" not in run("path", letter, "--arm", str(problem), "--arm-unit", "mm")[1]
+    assert "warning" not in run("path", letter, "--arm", "panda")[1]
+    assert "the arm reaches 0.986" in run("path", letter, "--arm", "panda", "--scale", "0.01")[1]
+    code, _, err = run("path", letter, "--arm", "pandda")
+    assert code == 2
+    assert "is neither an arm's name nor a file" in err
+
+
 def test_path_names_what_is_wrong_in_one_line(run, tmp_path):
     bad = tmp_path / "arc 圆.nc"
     bad.write_text("G21\nG2 X11 Y0 I5 J0\n")

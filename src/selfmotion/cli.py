@@ -70,6 +70,7 @@ def plan(
         names = ["plan.json", "trajectory.csv", *plan_figure_names(case.arm)]
         folder.check(names)
     stored = None if save is None else checked_target(save, force)
+    _warn(case)
     if seed is not None:
         if seed < 0:
             raise InvalidInputError("--seed", "is negative", "give a whole number from 0", seed)
@@ -85,7 +86,7 @@ def plan(
         if stored is not None and os.path.exists(stored[0].path / stored[1]):
             stored[0].write({}, outdated=[stored[1]])
         raise
-    summary = result.summary()
+    summary = result.summary() | ({"warnings": list(case.warnings)} if case.warnings else {})
     if save is not None:
         result.save(save, force)
     if folder is not None:
@@ -114,6 +115,7 @@ def domain(
     case, _ = load_problem(problem)
     folder = OutputFolder(out, force)
     folder.check(["domain.png", "domain.svg", "domain.json"])
+    _warn(case)
     if not case.arm.has_structure:
         _sampled_domain(case, problem, folder, out, as_json)
         return
@@ -488,15 +490,26 @@ def path(
     info: Annotated[bool, typer.Option("--info", help="Say what it was understood as; done in any case.")] = True,
     unit: Annotated[str | None, typer.Option("--unit", metavar="U", help="Of its numbers, if it says none.")] = None,
     arm_unit: Annotated[str, typer.Option("--arm-unit", metavar="U", help="Of the path: m, mm, cm or inch.")] = "m",
+    scale: Annotated[float, typer.Option("--scale", metavar="X", help="A further factor.")] = 1.0,
     tolerance: Annotated[
         float | None, typer.Option("--tolerance", metavar="X", help="How far ends that meet may be apart.")
+    ] = None,
+    gaps: Annotated[str, typer.Option("--gaps", metavar="error|line", help="What joins subpaths apart.")] = "error",
+    lift: Annotated[
+        float | None, typer.Option("--lift", metavar="H", help="Height at which the path crosses gaps, in space.")
+    ] = None,
+    subpath: Annotated[int | None, typer.Option("--subpath", metavar="K", help="Only this one, from 0.")] = None,
+    dimension: Annotated[int | None, typer.Option("--dimension", metavar="2|3", help="Of G-code: 2 drops Z.")] = None,
+    arm: Annotated[
+        str | None,
+        typer.Option("--arm", metavar="ARM", help="Name of an arm, or a problem file: does it fit?"),
     ] = None,
     out: Annotated[str | None, typer.Option("--out", metavar="PICTURE", help="Picture to draw, .png or .svg.")] = None,
     as_json: JsonOption = False,
     force: ForceOption = False,
 ) -> None:
     """Say what a drawing, a program or a table of waypoints is understood as, and draw it."""
-    from selfmotion.exchange import OutputFolder, read_drawing
+    from selfmotion.exchange import OutputFolder, arm_of, read_drawing
 
     name = os.path.basename(out or "")
     stem, suffix = os.path.splitext(name)
@@ -505,7 +518,12 @@ def path(
     folder = None if out is None else OutputFolder(os.path.dirname(out) or ".", force)
     if folder is not None:
         folder.check([name])
-    found = read_drawing(file, unit, arm_unit=arm_unit, tolerance=tolerance)
+    reach = None if arm is None else arm_of(arm).reach
+    options: Any = {"arm_unit": arm_unit, "scale": scale, "tolerance": tolerance, "gaps": gaps, "lift": lift}
+    with _progress("reading"):
+        found = read_drawing(file, unit, dimension=dimension, subpath=subpath, **options)  # type: ignore[arg-type]
+    if reach is not None:
+        found = found.for_arm(reach)
     if folder is not None:
         from selfmotion.plot import draw_drawing, rendered
 
@@ -591,6 +609,12 @@ def _numbers(option: str, text: str) -> float | list[float]:
     except ValueError:
         raise InvalidInputError(option, "is no list of numbers", "write 2 or 2,2,1.5", text) from None
     return values[0] if len(values) == 1 else values
+
+
+def _warn(case: Problem) -> None:
+    """Say on stderr what is doubtful about a problem."""
+    for warning in case.warnings:
+        print(f"selfmotion: warning: {warning}", file=sys.stderr)
 
 
 def _sizes(text: str) -> list[int]:

@@ -21,6 +21,7 @@ from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
 from selfmotion.paths import Path
 from selfmotion.paths.base import PLANE, POSE, SPACE
 from selfmotion.quadrature import GAUSS, DyadicGauss, dyadic_gauss
+from selfmotion.units import too_small
 
 MAX_SAMPLES = 1_000_000
 # A posture given by its joints must have the tool on the path to this part of the reach.
@@ -187,6 +188,14 @@ class Problem:
             If the arm has another degree of redundancy than one.
         """
         return DomainStructure(self.arm.self_motion(), self.path, self.elbow_branches)
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What is doubtful and yet may be meant: a path so small for the arm that its unit may have been mistaken."""
+        points = self.path(self.path.grid(_LOOK_AT))[:, : PLANE if self.path.dimension == PLANE else SPACE]
+        length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+        doubt = too_small(float(np.ptp(points, axis=0).max()), length, self.arm.reach)
+        return () if doubt is None else (doubt,)
 
     def _check_reach(self) -> None:
         """Refuse a path that is out of reach everywhere: more often a matter of units than of the arm."""

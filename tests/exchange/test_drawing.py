@@ -1,8 +1,11 @@
 """What all drawings share: gaps, lifts, subpaths, units, what is said of them, and their place in problem files."""
 
+import dataclasses
+import inspect
 import json
 import subprocess
 import sys
+import typing
 from pathlib import Path
 
 import jsonschema
@@ -12,7 +15,9 @@ from drawn import svg
 
 import selfmotion as sm
 from selfmotion.exchange import read_drawing, read_svg
+from selfmotion.exchange.path_kinds import FILE_PATHS
 from selfmotion.exchange.pieces import Piece, elliptic, fitted, flattened, line
+from selfmotion.exchange.reading import Options, Reading
 from selfmotion.exchange.schema import build, json_schema
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -241,6 +246,54 @@ def test_every_example_drawing_is_planned_on_a_planar_arm(name):
     plan = sm.plan(sm.Problem(arm, sm.Transformed(drawing.path, translation=[130, -60])), sm.Global(gap=1e-2))
     assert plan.verification.holds
     assert plan.gap <= 1e-2
+
+
+def test_readers_and_kinds_take_the_same_options():
+    """Written once, spelled out for help and for the schema of problem files, with the defaults of the one place."""
+    expected = {field.name: field.default for field in dataclasses.fields(Options)}
+    assert set(typing.get_type_hints(Reading)) == set(expected)
+    taken = [sm.read_svg, sm.read_dxf, sm.read_gcode, read_drawing, *(FILE_PATHS[kind] for kind in FORMS)]
+    for reader in taken:
+        parameters = inspect.signature(reader).parameters
+        assert {name: parameters[name].default for name in expected} == expected, reader
+    fields = json_schema()["$defs"]["path_gcode"]["properties"]
+    assert {"file", "unit", "dimension", *expected} < set(fields)
+    assert fields["gaps"]["enum"] == ["error", "line"]
+
+
+def test_tables_take_the_options_that_mean_something_to_them(tmp_path):
+    file = tmp_path / "плоский путь.csv"
+    file.write_text("x,y\n0,0\n3,4\n")
+    options = {"arm_unit": "mm", "gaps": "line", "subpath": 0, "scale": 2.0}
+    assert read_drawing(file, "mm", **options).path.length == pytest.approx(10)
+    assert read_drawing(file, lift=0.1).path.dimension == 3
+    with pytest.raises(sm.InvalidInputError, match="subpath: is 1, and there are 1 subpaths"):
+        read_drawing(file, subpath=1)
+    with pytest.raises(sm.InvalidInputError, match="dimension: is for G-code"):
+        read_drawing(file, dimension=2)
+    file.write_text("x,y,z\n0,0,0\n3,4,0\n")
+    with pytest.raises(sm.InvalidInputError, match="lift: is for a path of the plane"):
+        read_drawing(file, lift=0.1)
+    (tmp_path / "turn.csv").write_text("x,y,z,qx,qy,qz,qw\n1,2,3,0,0,0,1\n1,2,3,1,0,0,0\n")
+    assert read_drawing(tmp_path / "turn.csv").path.dimension == 7
+
+
+def test_a_path_a_thousand_times_too_small_is_a_warning(tmp_path):
+    """Metres taken for millimetres, on the arm's side or the drawing's; never refused, and no word where it fits."""
+    arm = sm.PlanarArm([300, 300, 200])
+    letter = DRAWINGS / "letter.svg"
+    for arm_unit, doubtful in (("m", True), ("mm", False), ("inch", False)):
+        path = sm.Transformed(read_svg(letter, arm_unit=arm_unit, subpath=0).path, translation=[300, 0])
+        found = sm.Problem(arm, path).warnings
+        assert bool(found) is doubtful
+        assert bool(read_svg(letter, arm_unit=arm_unit).for_arm(arm.reach).warnings) is doubtful
+    small = sm.Problem(arm, sm.Line([300, 0], [300.0, 0.08]))
+    assert small.warnings[0].startswith(
+        "the path extends over 0.08 (length 0.08), the arm reaches 800, 10000 times as far; 1000 times larger, at 80"
+    )
+    assert sm.Problem(arm, sm.Line([300, 0], [300.0, 5.0])).warnings == ()
+    turn = sm.PoseWaypoints([[0.4, 0, 0.4, 0, 1, 0, 0], [0.4, 0, 0.4, 0, 0.8, 0.6, 0]])
+    assert sm.Problem(sm.named_arm("panda"), turn).warnings == ()
 
 
 def test_readers_import_nothing_heavy():

@@ -1,5 +1,6 @@
 """DXF: entities against their formulas, chains, units, and every file that is refused."""
 
+import json
 import sys
 import time
 
@@ -249,7 +250,7 @@ def test_units_asked_for(read):
     assert read(draw, units=4, unit="mm").path.length == pytest.approx(5)
     with pytest.raises(sm.InvalidInputError, match=r"unit: is inch, and the file says mm by \$INSUNITS"):
         read(draw, units=4, unit="inch")
-    with pytest.raises(sm.InvalidInputError, match=r"unit: is stated nowhere: the file has no \$INSUNITS"):
+    with pytest.raises(sm.InvalidInputError, match=r"unit: is stated nowhere; the file would say it by \$INSUNITS"):
         read(draw, units=0)
 
 
@@ -338,13 +339,13 @@ def test_a_million_points_in_bounded_time_and_too_many_refused(read, monkeypatch
     assert drawing.path(0.5).shape == (2,)
     assert drawing.segments["line"] > 800_000
     assert time.perf_counter() - before < 120
-    monkeypatch.setattr("selfmotion.exchange.dxf_file.MOST_SEGMENTS", 30)
+    monkeypatch.setattr("selfmotion.exchange.reading.MOST_SEGMENTS", 30)
     with pytest.raises(sm.InvalidInputError, match="lines, each curve counted as 20"):
         read(outline)
 
 
 def test_blocks_in_blocks_are_bounded(read, monkeypatch):
-    monkeypatch.setattr("selfmotion.exchange.dxf_file.MOST_SEGMENTS", 2000)
+    monkeypatch.setattr("selfmotion.exchange.reading.MOST_SEGMENTS", 2000)
 
     def draw(space):
         blocks = space.doc.blocks
@@ -371,3 +372,147 @@ def test_without_the_package_the_extra_is_named(tmp_path, monkeypatch):
         monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(MissingExtraError, match=r"pip install 'selfmotion\[io\]'"):
         read_dxf(tmp_path / "any.dxf")
+
+
+HEADLESS = b"0\nSECTION\n2\nENTITIES\n0\nLINE\n8\n0\n10\n0\n20\n0\n11\n5\n21\n0\n0\nENDSEC\n0\nEOF\n"
+
+
+def test_a_file_without_header_says_no_unit(read):
+    """Its reader has metres as a default, which is none of the file's words."""
+    with pytest.raises(sm.InvalidInputError, match="unit: is stated nowhere"):
+        read(HEADLESS)
+    assert read(HEADLESS, unit="mm").path.length == 5
+
+
+def test_units_that_contradict_each_other_or_the_size_are_warnings(read):
+    def draw(space):
+        space.add_line((0, 0), (300, 0))
+
+    assert read(draw, units=4).warnings == ()
+    (found,) = read(draw, units=1).warnings
+    assert found == "the file contradicts itself: its unit is inch by $INSUNITS, and metric by $MEASUREMENT"
+    (found,) = read(draw, units=6).warnings
+    assert found == (
+        "by its numbers in m by $INSUNITS it extends over 300 m, "
+        "and over 0.3 m if they are in mm or 3 m if they are in cm"
+    )
+    assert "extends over 3e-05 m" in read(lambda space: space.add_line((0, 0), (0.03, 0))).warnings[0]
+
+
+def nested(space):
+    space.doc.blocks.new("a").add_blockref("a", (1, 1))
+    space.add_blockref("a", (0, 0))
+
+
+def askew(space):
+    inner = space.doc.blocks.new("a")
+    inner.add_blockref("a", (1, 1), dxfattribs={"xscale": 2, "rotation": 30})
+    space.add_blockref("a", (0, 0), dxfattribs={"yscale": 3, "rotation": 10})
+
+
+def empty_bomb(space):
+    space.doc.blocks.new("b0")
+    for k in range(1, 9):
+        inner = space.doc.blocks.new(f"b{k}")
+        for _ in range(10):
+            inner.add_blockref(f"b{k - 1}", (0, 0))
+    space.add_blockref("b8", (0, 0))
+
+
+def spline(weights=None, knots=None, points=((0, 0), (5, 5), (10, 0))):
+    return lambda space: space.add_open_spline(points, 2, knots).__setattr__("weights", weights or [])
+
+
+WRONG = {
+    "INSERT of handle .*: inserts itself": nested,
+    "INSERT of handle .*: inserts itself ?": askew,
+    "INSERT of handle .*: inserts itself, or too many others": empty_bomb,
+    "INSERT of handle .*: inserts the block 'none', which is not in": lambda space: space.add_blockref("none", (0, 0)),
+    "CIRCLE of handle .*: has a negative radius": lambda space: space.add_circle((0, 0), -5),
+    "SPLINE of handle .*: has weights that are not positive": spline([1, -3, 1]),
+    "SPLINE of handle .*: has weights that are not positiv": spline([0, 0, 0]),
+    "SPLINE of handle .*: has knots that do not ascend": spline(knots=[0] * 6),
+    "SPLINE of handle .*: has knots that do not ascen": spline(
+        knots=[0, 0, 0, 0.7, 0.3, 1, 1, 1], points=[(0, 0), (5, 5), (10, 0), (15, 3), (20, 0)]
+    ),
+    "SPLINE of handle .*: comes apart at a knot": spline(
+        knots=[0, 0, 0, 1, 1, 1, 2, 2, 2], points=[(0, 0), (1, 1), (2, 0), (3, 1), (4, 0), (5, 1)]
+    ),
+}
+
+
+@pytest.mark.parametrize("message", WRONG)
+def test_entities_that_contradict_themselves_are_refused_by_handle(read, message):
+    with pytest.raises(sm.InvalidInputError, match=message) as caught:
+        read(WRONG[message])
+    assert caught.value.remedy
+    assert "handle ?" not in str(caught.value)
+
+
+def test_inserts_are_hidden_as_layers_say(read):
+    """Frozen layers hide all of an insert; those that are off only what is on the layer of the insert."""
+
+    def draw(space):
+        space.doc.layers.add("off").off()
+        space.doc.layers.add("frozen").freeze()
+        inner = space.doc.blocks.new("inner")
+        inner.add_line((0, 0), (10, 0))
+        inner.add_line((0, 5), (7, 5), dxfattribs={"layer": "seen"})
+        for k, attributes in enumerate(({"layer": "off"}, {"layer": "frozen"}, {"invisible": 1})):
+            space.add_blockref("inner", (0, 20 * k), dxfattribs=attributes)
+
+    drawing = read(draw)
+    assert drawing.path.length == 7
+    assert {entry.what: entry.count for entry in drawing.ignored} == {
+        "LINE that is hidden": 1,
+        "INSERT that is hidden": 2,
+    }
+
+
+def test_annotations_are_none_of_the_workpiece(read):
+    def draw(space):
+        space.add_linear_dim(base=(0, 2), p1=(0, 0), p2=(3, 0)).render()
+        space.add_leader([(0, 0), (5, 5)])
+        space.add_mline([(0, 0), (5, 5)])
+        space.add_line((0, 9), (4, 9))
+
+    drawing = read(draw)
+    assert drawing.path.length == 4
+    assert {entry.what for entry in drawing.ignored} == {
+        "DIMENSION, an annotation",
+        "LEADER, an annotation",
+        "MLINE, to be exploded in the drawing program",
+    }
+
+
+def test_a_spline_whose_weights_are_all_the_same_is_exact(read):
+    plain, weighted = (read(spline(weights)) for weights in (None, [2.5, 2.5, 2.5]))
+    assert weighted.segments == plain.segments == {"bezier": 1}
+    assert weighted.chord_error == 0
+    np.testing.assert_array_equal(weighted.path([0.0, 0.3, 1.0]), plain.path([0.0, 0.3, 1.0]))
+
+
+def test_any_flipped_byte_or_line_is_a_drawing_or_an_input_error(read, tmp_path):
+    """Text and binary; no traceback, whatever the parser makes of it."""
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = 4
+    outline(document.modelspace())
+    block(document.modelspace())
+    document.saveas(tmp_path / "good.dxf", fmt="bin")
+    binary = (tmp_path / "good.dxf").read_bytes()
+    lines = text_of(lambda space: (outline(space), block(space))).split("\n")
+    rng = np.random.default_rng(5)
+    refused = 0
+    for k in range(60):
+        broken, spoilt = bytearray(binary), list(lines)
+        broken[rng.integers(len(broken))] = rng.integers(256)
+        spoilt[rng.integers(len(spoilt))] = ("", "x", "-1", "1e309", "nan", "0", "9" * 25)[k % 7]
+        for data in (bytes(broken), "\n".join(spoilt).encode(), binary[: int(len(binary) * k / 60)]):
+            try:
+                drawing = read(data, gaps="line")
+                assert np.isfinite(drawing.path([0.0, 0.5, 1.0])).all()
+                json.dumps(drawing.summary())
+            except sm.InvalidInputError as error:
+                refused += 1
+                assert "\n" not in str(error)  # noqa: PT017
+    assert 60 < refused < 180

@@ -159,14 +159,32 @@ BAD = {
     "makes no cutting move": "G21\nG0 X5\n",
     "is not a text file": b"\x00\x01\x02",
     "line 1: is not understood (got 'ÿØÿà')": b"\xff\xd8\xff\xe0",
-    "unit: is stated nowhere: the file has no G21": "G1 X5",
+    "unit: is stated nowhere; the file would say it by G20 or G21": "G1 X5",
     "line 2: is not understood (got 'Xnan')": "G21\nG1 Xnan",
     "line 2: is not understood (got 'Xinf Y1')": "G21\nG1 Xinf Y1",
     "line 2: exceeds 1e+09 in magnitude": f"G21\nG1 X{'9' * 400}",
     "line 2: writes a number with an exponent": "G21\nG1 X1E5",
     "line 2: is not understood (got 'X')": "G21\nG1 X",
     "line 2: is not understood (got '.5')": "G21\nG1 X1..5",
-    "line 2: has a comment that is not closed": "G21\nG1 X1 (to the left",
+    "line 2: has parentheses that do not pair": "G21\nG1 X1 (to the left",
+    "line 2: has parentheses that do not pair ": "G21\nG1 X1 (to (the) left)",
+    "line 1: asks for both G20 and G21": "G20 G21\nG1 X5",
+    "line 1: asks for both G90 and G91": "G21 G90 G91\nG1 X5",
+    "line 1: asks for both G17 and G19": "G21 G17 G19\nG1 X5",
+    "line 1: asks for both G90.1 and G91.1": "G21 G90.1 G91.1\nG1 X5",
+    "line 1: asks for both G54 and G55": "G21 G54 G55\nG1 X5",
+    "line 3: changes from G54.1 P1 to G54.1 P2": "G21 G54.1 P1\nG1 X5\nG54.1 P2\nG1 X6",
+    "line 2: asks for a dwell (G4) and a move (G1) at once": "G21\nG4 G1 X5",
+    "line 3: asks for G81 ": "G21\nG1 X1\nG81\nX5 Y5",
+    "line 2: asks for G112": "G21\nG112\nG1 X5",
+    "line 2: asks for G65": "G21\nG65 P9010\nG1 X5",
+    "line 3: makes 3 turns in one arc": "G21\nG2 X10 I5\nX0 I-5 P3",
+    "line 2: has the word F twice": "G21\nG1 X5 F1 F2",
+    "line 2: is not understood (got 'X٥')": "G21\nG1 X٥",
+    "line 3: has ends 0.001 apart that lie nearly on a line with its centre": "G21\nG0 X10 Y0\nG2 X10.001 Y0 I-10",
+    "line 3: has ends 0.1": "G21\nG0 X10 Y0\nG2 X10.09 Y0.09 I-10",
+    "gaps: is for the plane": "G21\nG0 Z5\nG1 Z0\nG1 X5",
+    "lift: is for the plane": "G21\nG0 Z5\nG1 Z0\nG1 X5",
     "line 2: holds a variable or an expression": "G21\nG1 X#1",
     "line 2: holds a variable or an expression ": "G21\n#1=5",
     "line 2: has the word X twice": "G21\nG1 X1 X2",
@@ -199,8 +217,9 @@ BAD = {
 
 @pytest.mark.parametrize("message", BAD)
 def test_bad_programs_are_refused_by_file_and_line(read, tmp_path, message):
+    name = message.split(":")[0]
     with pytest.raises(sm.InvalidInputError) as caught:
-        read(BAD[message])
+        read(BAD[message], **{"gaps": {"gaps": "line"}, "lift": {"lift": 5.0}}.get(name, {}))
     assert str(caught.value).startswith(f"{tmp_path / 'program.nc'}: {message.strip()}")
     assert caught.value.remedy
     assert "\n" not in str(caught.value)
@@ -291,7 +310,7 @@ def test_many_arcs_are_flattened_and_too_many_moves_refused(read, monkeypatch):
     assert drawing.segments == {"flattened": 2001}
     assert drawing.length == pytest.approx(2001 * np.pi / 2, rel=1e-2)
     assert any("were flattened" in note for note in drawing.notes)
-    monkeypatch.setattr("selfmotion.exchange.gcode_machine.MOST_SEGMENTS", 100)
+    monkeypatch.setattr("selfmotion.exchange.reading.MOST_SEGMENTS", 100)
     with pytest.raises(sm.InvalidInputError, match="lines, each curve counted as 20"):
         read(text)
 
@@ -299,3 +318,54 @@ def test_many_arcs_are_flattened_and_too_many_moves_refused(read, monkeypatch):
 def test_names_may_have_spaces_and_comments_any_letters(read):
     assert read("G21 (Öffnung)\nG1 X5", name="öffnung 1 ключ.nc").path.length == 5
     assert read("G21 (Öffnung)\nG1 X5".encode("latin-1")).path.length == 5
+
+
+def test_where_the_tool_is_taken_to_be_at_first_is_said(read):
+    def said(text, **options):
+        return [note for note in read(text, **options).notes if note.startswith("nothing says where")]
+
+    assert said("G21\nG1 X5 Y5") == [
+        "nothing says where the tool is when it first cuts: it was taken to be at 0 in X, Y"
+    ]
+    assert said("G21\nG0 X0\nG1 X5 Y5")[0].endswith("at 0 in Y")
+    assert said("G21\nG0 X0 Y0\nG1 Z-1\nX5")[0].endswith("at 0 in Z")
+    assert said("G21 G91\nG0 X1 Y1\nG1 X5")[0].endswith("at 0 in X, Y")
+    assert said("G21\nG0 X0 Y0 Z5\nG1 Z0\nX5") == []
+    assert said("G21\nG0 X0 Y0\nG1 Z-1\nX5", dimension=2) == []
+
+
+def test_the_second_percent_sign_ends_the_program(read):
+    drawing = read("%\nO1\nG21\nG1 X5\n%\nG1 X99\nwhatever is here\n")
+    assert drawing.path.length == 5
+    assert [str(entry) for entry in drawing.ignored] == ["% (end of the program) (line 5)"]
+    assert read("G21\nG1 X5\n%\n").path.length == 5
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_lines_end_as_any_system_ends_them(read, end):
+    drawing = read(end.join(["G21", "/2 G1 X5 M7", "X8 M8", "\x1a"]))
+    assert drawing.path.length == 8
+    assert {entry.what: entry.lines for entry in drawing.ignored} == {
+        "/ (block delete), read as if switched off": (2,),
+        "M7": (2,),
+        "M8": (3,),
+    }
+
+
+def test_lifts_are_for_programs_of_the_plane(read):
+    text = "G21\nG0 X0 Y0 Z5\nG1 Z0\nX5\nG0 Z5\nX9\nG1 Z0\nX12\n"
+    path = read(text, dimension=2, lift=3.0).path
+    assert path.dimension == 3
+    assert path.length == pytest.approx(5 + 3 + 4 + 3 + 3)
+
+
+@pytest.mark.parametrize("words", ["G2 X40 Y10 R-30", "G3 X40 Y10 R-30"])
+def test_an_arc_of_more_than_half_a_turn_by_radius(read, words):
+    """Against the circle's own geometry: the centre on the far side, the length from the chord."""
+    path = read(f"G21\nG0 X0 Y0\n{words}").path
+    chord = np.hypot(40, 10)
+    assert path.length == pytest.approx(30 * (2 * np.pi - 2 * np.arcsin(chord / 60)), abs=1e-6)
+    x = path(np.linspace(0, 1, 201))
+    across = np.array([-10, 40]) / chord
+    center = np.array([20, 5]) + across * np.sqrt(900 - chord**2 / 4) * (1 if words[1] == "2" else -1)
+    assert np.abs(np.hypot(*(x - center).T) - 30).max() <= 1e-12 * 30

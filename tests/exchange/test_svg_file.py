@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from drawn import RADIUS, assert_circle, svg, turning
+from drawn import RADIUS, assert_circle, off_circle, svg, turning
 
 import selfmotion as sm
 from selfmotion.errors import MissingExtraError
@@ -182,7 +182,7 @@ BAD = {
     "line 2: declares a document type": BOMB.encode(),
     "line 1: declares a document type": OUTSIDE.encode(),
     "line 3: declares a document type": PUBLIC.encode(),
-    "is not UTF-8 text": b"\x1f\x8b\x08\x00\xff\xfe\x00",
+    "is packed, as files ending in .svgz are": b"\x1f\x8b\x08\x00\xff\xfe\x00",
     "line 1: is not XML: not well-formed": b"\x00\x01\x02",
     "line 1: is not XML: no element found": b"",
     "line 2: is not XML: no element found": svg('<path d="M0 0h1"/>').encode()[:-7],
@@ -207,7 +207,26 @@ BAD = {
     "line 2, <path>: has a transform that is not read": svg('<path transform="rotate(a)" d="M0 0h1"/>').encode(),
     "line 2, <path>: has a transform that is not read ": svg('<path transform="scale(1e999)" d="M0 0h1"/>').encode(),
     "line 2, <path>: is moved or shaped by its style": svg('<path style="transform: scale(2)" d="M0 0h1"/>').encode(),
-    "line 2, <svg>: is a page within the page": svg('<svg><path d="M0 0h1"/></svg>').encode(),
+    "line 2, width: is missing: it is a page within the page": svg(
+        '<svg viewBox="0 0 9 9"><path d="M0 0h1"/></svg>'
+    ).encode(),
+    "line 2, height: is missing: it is a page within the page": svg(
+        '<symbol id="s" viewBox="0 0 9 9"><path d="M0 0h1"/></symbol><use href="#s" width="5"/>'
+    ).encode(),
+    "line 2, <path>: has path data that is not read    ": svg('<path d="M0 0 a5 5 0 2 1 10 0"/>').encode(),
+    "line 2, <path>: has a transform-origin": svg(
+        '<path transform="rotate(9)" transform-origin="5 5" d="M0 0h1"/>'
+    ).encode(),
+    "line 2, <path>: is moved or shaped by its style ": svg(
+        '<path transform="rotate(9)" style="transform-origin: 5px" d="M0 0h1"/>'
+    ).encode(),
+    "line 2, <rect>: is moved or shaped by its style": svg('<rect width="9" height="5" style="rx: 2"/>').encode(),
+    "line 2, <style>: moves or shapes elements": svg(
+        '<defs><style>.a {transform: scale(2)}</style></defs><path class="a" d="M0 0h1"/>'
+    ).encode(),
+    "line 1: states an encoding that is not read": b'<?xml version="1.0" encoding="big5"?><svg/>',
+    "line 1: states an encoding that is not read ": b'<?xml version="1.0" encoding="klingon"?><svg/>',
+    "line 1: is not XML: not well-formed  ": b'<svg xmlns="http://www.w3.org/2000/svg"><title>\xff</title></svg>',
     "line 2, <use>: refers to nothing in the file (got 'other.svg#a')": svg('<use href="other.svg#a"/>').encode(),
     "line 2, <use>: refers to itself": svg('<g id="a"><use href="#a"/></g>').encode(),
     "line 1, viewBox: is not four numbers": svg("", 'width="1mm" viewBox="0 0 a"').encode(),
@@ -270,10 +289,10 @@ def test_a_million_points_are_read_in_bounded_time(read):
 
 
 def test_too_much_is_refused(read, tmp_path, monkeypatch):
-    monkeypatch.setattr("selfmotion.exchange.svg_file.MOST_SEGMENTS", 30)
+    monkeypatch.setattr("selfmotion.exchange.reading.MOST_SEGMENTS", 30)
     with pytest.raises(sm.InvalidInputError, match=r"has more than .* lines, each curve counted as 20"):
         read('<circle r="1"/><circle r="2"/>')
-    monkeypatch.setattr("selfmotion.exchange.drawing.LARGEST_FILE", 100)
+    monkeypatch.setattr("selfmotion.exchange.reading.LARGEST_FILE", 100)
     with pytest.raises(sm.InvalidInputError, match="is larger than 100 bytes"):
         read('<circle r="1"/>')
 
@@ -282,3 +301,82 @@ def test_without_the_package_the_extra_is_named(read, monkeypatch):
     monkeypatch.setitem(sys.modules, "svgpathtools", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'selfmotion\[io\]'"):
         read('<circle r="1"/>')
+
+
+def test_pages_within_the_page_are_moved_and_scaled_as_svg_says(read):
+    """Meet centres the shorter side, slice covers, none stretches; x and y place the page."""
+    inner = '<svg x="10" y="20" width="40" height="20" viewBox="5 5 10 10" {}><path d="M5 5 L15 15"/></svg>'
+    for aspect, ends in (
+        ("", [[20, 80], [40, 60]]),
+        ('preserveAspectRatio="xMinYMax"', [[10, 80], [30, 60]]),
+        ('preserveAspectRatio="xMidYMin slice"', [[10, 80], [50, 40]]),
+        ('preserveAspectRatio="none"', [[10, 80], [50, 60]]),
+    ):
+        np.testing.assert_allclose(read(inner.format(aspect)).path([0.0, 1.0]), ends, atol=1e-12)
+    plain = '<svg x="10" y="20"><path d="M5 5 L15 15"/></svg>'
+    np.testing.assert_allclose(read(plain).path([0.0, 1.0]), [[15, 75], [25, 65]], atol=1e-12)
+    symbol = (
+        '<symbol id="s" viewBox="0 0 10 10"><circle r="2" cx="5" cy="5"/></symbol>'
+        '<use href="#s" x="40" y="30" width="20" height="20"/>'
+    )
+    assert off_circle(read(symbol).path, np.array([50.0, 60.0]), 4.0) <= 1e-12
+
+
+def test_an_ellipse_with_one_radius_is_a_circle_and_one_without_is_not_drawn(read):
+    drawing = read('<ellipse cx="50" cy="50" rx="25"/><ellipse cx="9" cy="9" rx="3" ry="0"/><circle r="0"/>')
+    assert_circle(drawing)
+    assert_circle(read('<ellipse cx="50" cy="50" rx="auto" ry="25"/>'))
+
+
+def test_a_switch_shows_one_child_and_says_which_it_leaves_out(read):
+    drawing = read(
+        '<switch><foreignObject requiredExtensions="x"/><g systemLanguage="de"><path d="M0 0h5"/></g>'
+        '<g><path d="M0 5h9"/></g><g><path d="M0 6h9"/></g></switch>'
+    )
+    assert drawing.path.length == pytest.approx(9)
+    assert [str(entry) for entry in drawing.ignored] == [
+        "<foreignObject> that a switch leaves out (line 2)",
+        "<g> that a switch leaves out, 2 times (line 2)",
+    ]
+
+
+def test_the_first_of_two_elements_with_one_name_is_used(read):
+    defs = '<defs><path id="a" d="M0 0h10"/><path id="a" d="M0 0h20"/></defs>'
+    assert read(f'{defs}<use href="#a"/>').path.length == pytest.approx(10)
+
+
+def test_what_is_cut_or_hidden_by_rules_is_said(read):
+    drawing = read(
+        '<defs><clipPath id="c"><path d="M0 0h1v1z"/></clipPath><style>.a {display: none}</style></defs>\n'
+        '<path clip-path="url(#c)" d="M0 0h5"/>'
+    )
+    assert {entry.what for entry in drawing.ignored} == {
+        "what cuts <path>: it is drawn whole",
+        "<style>, whose rules are not read, though they hide something",
+    }
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "iso-8859-1"])
+def test_the_encoding_is_what_the_file_states(read, encoding):
+    name = encoding.removesuffix("-sig").upper()
+    text = f'<?xml version="1.0" encoding="{name}"?>\n' + svg('<title>Öse</title><path d="M0 0h5"/>')
+    assert read(text.encode(encoding)).path.length == pytest.approx(5)
+
+
+def test_a_size_in_the_style_counts_as_one_in_attributes(read):
+    page = 'style="fill:none; width:100mm;height: 100mm" viewBox="0 0 200 200"'
+    assert read('<path d="M0 0h10"/>', page).path.length == pytest.approx(5)
+    assert read('<path d="M0 0h10"/>', f'width="9" {page}').path.length == pytest.approx(5)
+
+
+def test_a_unit_that_the_page_speaks_against_is_a_warning(read):
+    page = 'width="100mm" height="100mm"'
+    drawing = read('<path d="M0 0h10"/>', page, unit="mm")
+    assert drawing.path.length == 10
+    assert drawing.warnings[0].startswith("the page has a size in physical units but no viewBox")
+    assert "warning: the page has a size" in "\n".join(drawing.lines())
+    assert drawing.summary()["warnings"] == list(drawing.warnings)
+    assert read('<path d="M0 0h10"/>', page, unit="px").warnings == ()
+    beyond = read('<path d="M0 0h1000"/>')
+    assert beyond.warnings == ("what is drawn extends over 10 times the page",)
+    assert read('<path d="M0 0h150"/>').warnings == ()

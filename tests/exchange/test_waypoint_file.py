@@ -199,3 +199,25 @@ def test_errors_of_a_file_name_it_and_its_line(write, tmp_path):
     for field in ("unit", "parameter", "interpolation"):
         with pytest.raises(sm.InvalidInputError, match=f"{field}: is not known"):
             build("path", {**problem["path"], field: "parsec"}, str(tmp_path))
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_lines_quotes_and_marks_as_spreadsheets_write_them(write, end):
+    rows = ['\ufeff"X";"y"', '"0.5";"1"', "2;3", ""]
+    np.testing.assert_array_equal(load_waypoints(write(end.join(rows).encode())), [[0.5, 1], [2, 3]])
+
+
+@pytest.mark.parametrize("cell", ["1_000", "５", "0,5", '"0,5"', "1.000,5"])
+def test_numbers_of_other_customs_are_refused(write, cell):
+    with pytest.raises(sm.InvalidInputError, match=r"line 2, column x: is not a finite number") as caught:
+        load_waypoints(write(f"x;y\n{cell};2\n3;4\n"))
+    assert ("write decimals with a point" in str(caught.value)) == ("," in cell)
+
+
+def test_the_path_is_in_the_unit_of_the_arm(write):
+    file = str(write("x,y\n0,0\n300,400\n"))
+    path = build("path", {"kind": "file", "file": file, "unit": "mm", "arm_unit": "cm", "scale": 2.0})
+    assert path.path.length == pytest.approx(100)
+    poses = f"{HEADER}\n0,0,0,0,0,0,1\n3,4,0,0,0,0,1\n"
+    path = build("path", {"kind": "file", "file": str(write(poses)), "unit": "cm", "arm_unit": "mm"})
+    np.testing.assert_allclose(path(1.0), [30, 40, 0, 1, 0, 0, 0])

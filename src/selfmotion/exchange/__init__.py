@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from selfmotion.exchange.drawing import Drawing, Gap, Ignored, Subpath
+from selfmotion.exchange.drawing import Drawing, Gap, Subpath
 from selfmotion.exchange.drawings import read_drawing
 from selfmotion.exchange.dxf_file import read_dxf
 from selfmotion.exchange.files import OutputFolder, read_text, write_file
 from selfmotion.exchange.gcode_file import read_gcode
+from selfmotion.exchange.ledger import Ignored
 from selfmotion.exchange.plan_file import load_plan, save_plan
-from selfmotion.exchange.problem_file import ProblemFile, load_problem, problem_from
+from selfmotion.exchange.problem_file import ProblemFile, arm_of, load_problem, problem_from
 from selfmotion.exchange.structure import sampled_lines, sampled_object, structure_lines, structure_object
 from selfmotion.exchange.svg_file import read_svg
 from selfmotion.exchange.timed_file import TimedRows, load_trajectory, save_trajectory
@@ -24,6 +25,7 @@ __all__ = [
     "Subpath",
     "TimedRows",
     "Trajectory",
+    "arm_of",
     "load_plan",
     "load_problem",
     "load_trajectory",

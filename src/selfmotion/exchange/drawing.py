@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from selfmotion._checks import choice, integer, number, positive
 from selfmotion._types import FloatArray
-from selfmotion.errors import InvalidInputError, MissingExtraError
-from selfmotion.exchange.files import UNITS, read_bytes
+from selfmotion.errors import InvalidInputError
+from selfmotion.exchange.ledger import Ignored
 from selfmotion.exchange.pieces import (
-    CURVE_WEIGHT,
     MOST_CURVES,
     Piece,
     bounds_of,
@@ -26,108 +23,10 @@ from selfmotion.exchange.pieces import (
     path_of,
     without_curves,
 )
+from selfmotion.exchange.reading import Options
 from selfmotion.paths import Path
 from selfmotion.paths.base import distance
-
-Unit = Literal["m", "mm", "cm", "inch"]
-Gaps = Literal["error", "line"]
-LARGEST_FILE = 100_000_000
-"""Size [bytes] from which a drawing is refused."""
-MOST_SEGMENTS = 2_000_000
-"""Number of lines from which a drawing is refused; a curve counts for 20."""
-TOO_MANY = f"has more than {MOST_SEGMENTS} lines, each curve counted as {CURVE_WEIGHT}"
-"""Said then."""
-_FINE = 1e-4  # the tolerance by default [m], on the drawing
-_MOST_LINES = 1000  # of the lines named for one ignored word
-
-
-@dataclass(frozen=True)
-class Options:
-    """How a drawing is to be read; the fields are the arguments of the readers.
-
-    Attributes
-    ----------
-    arm_unit : {"m", "mm", "cm", "inch"}
-    scale : float
-    tolerance : float or None
-    gaps : {"error", "line"}
-    lift : float or None
-    subpath : int or None
-    """
-
-    arm_unit: str = "m"
-    scale: float = 1.0
-    tolerance: float | None = None
-    gaps: str = "error"
-    lift: float | None = None
-    subpath: int | None = None
-
-    def __post_init__(self) -> None:
-        choice("arm_unit", self.arm_unit, UNITS)
-        choice("gaps", self.gaps, ("error", "line"))
-        positive("scale", self.scale)
-        if self.tolerance is not None:
-            positive("tolerance", self.tolerance)
-        if self.lift is not None:
-            number("lift", self.lift)
-            if self.lift == 0:
-                raise InvalidInputError("lift", "is zero", "give the height, or gaps: line to stay in the plane")
-            if self.gaps == "line":
-                raise InvalidInputError("gaps", "is given beside lift", "leave one of the two out", self.gaps)
-        if self.subpath is not None:
-            integer("subpath", self.subpath, 0, MOST_SEGMENTS)
-
-    def factor(self, metres: float) -> float:
-        """Return what a coordinate is multiplied by, of which one is `metres`."""
-        return metres / UNITS[self.arm_unit] * self.scale
-
-    @property
-    def within(self) -> float:
-        """The tolerance, in the unit of the path."""
-        return self.factor(_FINE) if self.tolerance is None else float(self.tolerance)
-
-
-@dataclass(frozen=True)
-class Ignored:
-    """What stands in a file and is not part of the path.
-
-    Attributes
-    ----------
-    what : str
-    count : int
-        How often.
-    lines : tuple of int
-        Where, as far as the format has lines; at most the first thousand.
-    """
-
-    what: str
-    count: int
-    lines: tuple[int, ...] = ()
-
-    def __str__(self) -> str:
-        shown = ", ".join(map(str, self.lines[:8])) + (", …" if len(self.lines) > 8 else "")
-        where = f" (line{'s' * (len(self.lines) > 1)} {shown})" if self.lines else ""
-        times = f", {self.count} times" if self.count > 1 else ""
-        return f"{self.what}{times}{where}"
-
-
-class Ledger:
-    """Counts what is ignored, in the order in which it first appears."""
-
-    def __init__(self) -> None:
-        self._counts: Counter[str] = Counter()
-        self._lines: dict[str, list[int]] = {}
-
-    def note(self, what: str, line_number: int | None = None) -> None:
-        """Count one more."""
-        self._counts[what] += 1
-        lines = self._lines.setdefault(what, [])
-        if line_number is not None and len(lines) < _MOST_LINES and line_number not in lines[-1:]:
-            lines.append(line_number)
-
-    def entries(self) -> tuple[Ignored, ...]:
-        """Return all that was counted."""
-        return tuple(Ignored(what, count, tuple(self._lines[what])) for what, count in self._counts.items())
+from selfmotion.units import UNITS, too_small, unlikely
 
 
 @dataclass(frozen=True)
@@ -223,6 +122,8 @@ class Drawing:
     ignored : tuple of Ignored
     notes : tuple of str
         What else was assumed.
+    warnings : tuple of str
+        What in the file contradicts itself, or is unlikely.
     more : mapping
         What only this format says.
     poses : Path or None
@@ -241,6 +142,7 @@ class Drawing:
     joints: tuple[float, ...] = ()
     ignored: tuple[Ignored, ...] = ()
     notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     more: Mapping[str, Any] = field(default_factory=dict)
     poses: Path | None = None
 
@@ -285,6 +187,17 @@ class Drawing:
         """Least and largest coordinates of what was drawn, shape (2, d)."""
         return bounds_of([piece for part in self.subpaths for piece in part.pieces])
 
+    @property
+    def extent(self) -> float:
+        """The largest side of the box around what was drawn."""
+        low, high = self.bounds
+        return float((high - low).max())
+
+    def for_arm(self, reach: float) -> Drawing:
+        """Return the drawing with a warning if it is so small for an arm that its unit is in doubt."""
+        doubt = too_small(self.extent, self.length, reach, self.arm_unit)
+        return self if doubt is None else replace(self, warnings=(*self.warnings, doubt))
+
     def summary(self) -> dict[str, Any]:
         """Return all of it as plain data."""
         return {
@@ -312,6 +225,7 @@ class Drawing:
             "joined": {"count": len(self.joints), "largest": max(self.joints, default=0.0)},
             "ignored": [{"what": e.what, "count": e.count, "lines": list(e.lines)} for e in self.ignored],
             "notes": list(self.notes),
+            "warnings": list(self.warnings),
             **self.more,
         }
 
@@ -326,6 +240,7 @@ class Drawing:
             f"length {self.length:.9g} {self.arm_unit}, {size} {self.arm_unit}, from {shown(low)} to {shown(high)}",
             f"tolerance {self.tolerance:.3g} {self.arm_unit}: {self._closeness()}",
         ]
+        lines += [f"warning: {warning}" for warning in self.warnings]
         for k, part in enumerate(self.subpaths[:40]):
             kinds = ", ".join(_plural(kind, count) for kind, count in part.segments.items())
             ends = "closed" if part.closed else f"to {shown(part.end)}"
@@ -357,6 +272,7 @@ def drawing(
     file: str,
     form: str,
     unit: str,
+    metres: float,
     strokes: Iterable[Sequence[Piece]],
     options: Options,
     travels: Sequence[tuple[Piece, ...]] | None = None,
@@ -368,6 +284,8 @@ def drawing(
     Parameters
     ----------
     file, form, unit : str
+    metres : float
+        In one of the file's numbers.
     strokes : iterable of pieces
         Those that follow on each other within the tolerance become one subpath.
     options : Options
@@ -390,7 +308,7 @@ def drawing(
     if travels is None:
         given = _connected(given, within)
     curves = sum(piece.curve is not None for stroke in given for piece in stroke)
-    notes = list(more.pop("notes", ()))
+    notes, warnings = list(more.pop("notes", ())), list(more.pop("warnings", ()))
     chord_error = float(more.pop("chord_error", 0.0))
     if options.subpath is not None:
         if options.subpath >= len(given):
@@ -412,11 +330,13 @@ def drawing(
         named = ("line" if options.lift is None else "lift") if travels is None else "rapid"
         gaps.append(Gap(k, length, None if way is None else named))
         ways.append(way)
-    return Drawing(
+    made = Drawing(
         file, form, unit, options.arm_unit, tuple(subpaths), tuple(gaps), tuple(ways), within,
         max([chord_error, *(part.chord_error for part in parts)]),
-        tuple(joint for part in parts for joint in part.joints), notes=tuple(notes), **more,
+        tuple(joint for part in parts for joint in part.joints), notes=tuple(notes), warnings=tuple(warnings), **more,
     )  # fmt: skip
+    doubt = unlikely(made.extent * UNITS[options.arm_unit], metres * options.scale, unit)
+    return made if doubt is None else replace(made, warnings=(*made.warnings, doubt))
 
 
 def _connected(strokes: list[list[Piece]], within: float) -> list[list[Piece]]:
@@ -440,40 +360,6 @@ def _travel(start: FloatArray, end: FloatArray, options: Options) -> tuple[Piece
     else:
         return None
     return () if way is None else (way,)
-
-
-def settled_unit(unit: str | None, stated: str | None, by: str, source: str) -> tuple[str, str]:
-    """Return the unit of a file's numbers and the words that say who stated it.
-
-    Parameters
-    ----------
-    unit, stated : str or None
-        What the caller says and what the file says.
-    by : str
-        How the file says it, or would.
-    source : str
-    """
-    if stated is None and unit is None:
-        raise InvalidInputError("unit", f"is stated nowhere: the file has no {by}", "give unit: mm, or whichever it is")
-    if stated is not None and unit is not None and unit != stated:
-        raise InvalidInputError(
-            "unit",
-            f"is {unit}, and the file says {stated} by {by}",
-            "leave unit out to take the file's word; if that is wrong, correct the file or use scale",
-        )
-    return (
-        (unit, f"{unit}, as asked for") if stated is None and unit is not None else (str(stated), f"{stated} by {by}")
-    )
-
-
-def read_checked(file: str | os.PathLike[str]) -> bytes:
-    """Return the bytes of a drawing; too many of them are an InvalidInputError."""
-    return read_bytes(file, LARGEST_FILE)
-
-
-def needs_extra(package: str) -> MissingExtraError:
-    """Return the error of a drawing whose reader is not installed."""
-    return MissingExtraError("", f"needs the package {package}", "pip install 'selfmotion[io]'")
 
 
 def shown(point: FloatArray) -> str:

@@ -1,14 +1,14 @@
-"""Drawings and programs as paths of a problem file."""
+"""Drawings and programs as paths of a problem file: each what its reader reads, with the reader's own options."""
 
 from __future__ import annotations
 
-import os
-from typing import Literal
+from typing import Literal, Unpack
 
 from selfmotion._types import FileName
 from selfmotion.exchange.dxf_file import read_dxf
 from selfmotion.exchange.file_path import PathFromFile, about_file
 from selfmotion.exchange.gcode_file import read_gcode
+from selfmotion.exchange.reading import Reading, spelled_out
 from selfmotion.exchange.svg_file import read_svg
 
 
@@ -21,17 +21,8 @@ class SvgPath(PathFromFile):
         See :func:`read_svg`.
     unit : {"m", "mm", "cm", "inch", "px"}, optional
         Of the drawing's user units; needed unless the page has a size in physical units and a viewBox.
-    arm_unit : {"m", "mm", "cm", "inch"}
-        Of the arm's lengths, and so of the path.
-    scale : float
-    tolerance : float, optional
-        How far apart ends may be that meet, in `arm_unit`; 0.1 mm on the drawing by default.
-    gaps : {"error", "line"}
-        Whether straight lines join what does not meet.
-    lift : float, optional
-        Height at which a space curve crosses gaps, in `arm_unit`.
-    subpath : int, optional
-        Only this one, from 0.
+    **options
+        `arm_unit`, `scale`, `tolerance`, `gaps`, `lift` and `subpath`: see :class:`~.reading.Options`.
 
     Raises
     ------
@@ -41,22 +32,11 @@ class SvgPath(PathFromFile):
 
     kind = "svg"
 
+    @spelled_out
     def __init__(
-        self,
-        file: FileName,
-        unit: Literal["m", "mm", "cm", "inch", "px"] | None = None,
-        arm_unit: Literal["m", "mm", "cm", "inch"] = "m",
-        scale: float = 1.0,
-        tolerance: float | None = None,
-        gaps: Literal["error", "line"] = "error",
-        lift: float | None = None,
-        subpath: int | None = None,
+        self, file: FileName, unit: Literal["m", "mm", "cm", "inch", "px"] | None = None, **options: Unpack[Reading]
     ) -> None:
-        name = os.fspath(file)
-        more = {"arm_unit": arm_unit, "scale": scale, "tolerance": tolerance}
-        choices = {"gaps": gaps, "lift": lift, "subpath": subpath}
-        path = about_file(name, lambda: read_svg(file, unit, **more, **choices).path)  # type: ignore[arg-type]
-        super().__init__(name, path)
+        super().__init__(file, about_file(file, lambda: read_svg(file, unit, **options).path))
 
 
 class DxfPath(PathFromFile):
@@ -68,18 +48,8 @@ class DxfPath(PathFromFile):
         See :func:`read_dxf`.
     unit : {"m", "mm", "cm", "inch"}, optional
         Of the drawing's numbers; needed unless the file says it by $INSUNITS.
-    arm_unit : {"m", "mm", "cm", "inch"}
-        Of the arm's lengths, and so of the path.
-    scale : float
-    tolerance : float, optional
-        How far apart ends may be that meet, and flattened splines may stray, in `arm_unit`; 0.1 mm on the drawing by
-        default.
-    gaps : {"error", "line"}
-        Whether straight lines join what does not meet.
-    lift : float, optional
-        Height at which a space curve crosses gaps, in `arm_unit`.
-    subpath : int, optional
-        Only this one, from 0.
+    **options
+        `arm_unit`, `scale`, `tolerance`, `gaps`, `lift` and `subpath`: see :class:`~.reading.Options`.
 
     Raises
     ------
@@ -89,22 +59,11 @@ class DxfPath(PathFromFile):
 
     kind = "dxf"
 
+    @spelled_out
     def __init__(
-        self,
-        file: FileName,
-        unit: Literal["m", "mm", "cm", "inch"] | None = None,
-        arm_unit: Literal["m", "mm", "cm", "inch"] = "m",
-        scale: float = 1.0,
-        tolerance: float | None = None,
-        gaps: Literal["error", "line"] = "error",
-        lift: float | None = None,
-        subpath: int | None = None,
+        self, file: FileName, unit: Literal["m", "mm", "cm", "inch"] | None = None, **options: Unpack[Reading]
     ) -> None:
-        name = os.fspath(file)
-        more = {"arm_unit": arm_unit, "scale": scale, "tolerance": tolerance}
-        choices = {"gaps": gaps, "lift": lift, "subpath": subpath}
-        path = about_file(name, lambda: read_dxf(file, unit, **more, **choices).path)  # type: ignore[arg-type]
-        super().__init__(name, path)
+        super().__init__(file, about_file(file, lambda: read_dxf(file, unit, **options).path))
 
 
 class GcodePath(PathFromFile):
@@ -116,18 +75,11 @@ class GcodePath(PathFromFile):
         See :func:`read_gcode`.
     unit : {"mm", "inch"}, optional
         Of the program's numbers; needed if it has neither G20 nor G21.
-    arm_unit : {"m", "mm", "cm", "inch"}
-        Of the arm's lengths, and so of the path.
-    scale : float
-    tolerance : float, optional
-        By how much the two radii of an arc may differ, and helices may stray, in `arm_unit`; 0.1 mm on the drawing by
-        default.
     dimension : {2, 3}, optional
         2 drops Z, for planar arms; 3 by default if the program moves in Z.
-    gaps : {"error", "line"}
-        Of dimension 2: whether straight lines join what rapid moves part.
-    subpath : int, optional
-        Only this one, from 0.
+    **options
+        `arm_unit`, `scale`, `tolerance`, `gaps`, `lift` and `subpath`: see :class:`~.reading.Options`.
+        `gaps` and `lift` are for the plane.
 
     Raises
     ------
@@ -137,19 +89,13 @@ class GcodePath(PathFromFile):
 
     kind = "gcode"
 
+    @spelled_out
     def __init__(
         self,
         file: FileName,
         unit: Literal["mm", "inch"] | None = None,
-        arm_unit: Literal["m", "mm", "cm", "inch"] = "m",
-        scale: float = 1.0,
-        tolerance: float | None = None,
         dimension: Literal[2, 3] | None = None,
-        gaps: Literal["error", "line"] = "error",
-        subpath: int | None = None,
+        **options: Unpack[Reading],
     ) -> None:
-        name = os.fspath(file)
-        more = {"arm_unit": arm_unit, "scale": scale, "tolerance": tolerance}
-        choices = {"dimension": dimension, "gaps": gaps, "subpath": subpath}
-        path = about_file(name, lambda: read_gcode(file, unit, **more, **choices).path)  # type: ignore[arg-type]
-        super().__init__(name, path)
+        path = about_file(file, lambda: read_gcode(file, unit, dimension=dimension, **options).path)
+        super().__init__(file, path)

@@ -14,8 +14,6 @@ from selfmotion.errors import InvalidInputError
 
 MANIFEST = ".selfmotion.json"
 """Lists what selfmotion wrote into a folder, with checksums: only that may be replaced unasked."""
-UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
-"""Metres in one unit of a file's positions."""
 
 
 class OutputFolder:

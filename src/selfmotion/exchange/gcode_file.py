@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,31 +12,23 @@ from numpy.typing import NDArray
 from selfmotion._checks import choice
 from selfmotion._types import FloatArray
 from selfmotion.errors import InvalidInputError
-from selfmotion.exchange.drawing import (
-    Drawing,
-    Options,
-    drawing,
-    read_checked,
-    settled_unit,
-)
-from selfmotion.exchange.files import UNITS
+from selfmotion.exchange.drawing import Drawing, drawing
 from selfmotion.exchange.gcode_machine import RAPID, Program, Turn
 from selfmotion.exchange.gcode_words import blocks
 from selfmotion.exchange.pieces import Piece, elliptic, line
+from selfmotion.exchange.reading import Options, Reading, about, read_checked, settled_unit, spelled_out
 from selfmotion.paths import Arc, Placed
 from selfmotion.paths.base import PLANE, SPACE
+from selfmotion.units import UNITS
 
 
+@spelled_out
 def read_gcode(
     file: str | os.PathLike[str],
     unit: Literal["mm", "inch"] | None = None,
     *,
-    arm_unit: Literal["m", "mm", "cm", "inch"] = "m",
-    scale: float = 1.0,
-    tolerance: float | None = None,
     dimension: Literal[2, 3] | None = None,
-    gaps: Literal["error", "line"] = "error",
-    subpath: int | None = None,
+    **options: Unpack[Reading],
 ) -> Drawing:
     """Read what a G-code program cuts.
 
@@ -45,20 +37,11 @@ def read_gcode(
     file : path-like
     unit : {"mm", "inch"}, optional
         Of the program's numbers; needed if it has neither G20 nor G21.
-    arm_unit : {"m", "mm", "cm", "inch"}
-        Of the path.
-    scale : float
-        A further factor, on the drawing about its origin.
-    tolerance : float, optional
-        By how much an arc's two radii may differ, and how far what is flattened may stray; in the unit of the path.
-        By default 0.1 mm on the drawing.
     dimension : {2, 3}, optional
         2 drops Z. By default 3 if the program moves in Z at all.
-    gaps : {"error", "line"}
-        For dimension 2, where rapid moves leave gaps: ``line`` joins the cuts by straight lines. In space the path
-        follows the rapid moves themselves.
-    subpath : int, optional
-        Only this one, counted from 0.
+    **options
+        `arm_unit`, `scale`, `tolerance`, `gaps`, `lift` and `subpath`: see :class:`~.reading.Options`.
+        In space the path follows the program's own rapid moves from cut to cut; `gaps` and `lift` are for the plane.
 
     Returns
     -------
@@ -75,16 +58,13 @@ def read_gcode(
     cutting move and ends with the last. Arcs in a plane are exact, helices are flattened. Words without meaning for the
     path are reported; words that would change it, such as cutter compensation and drilling cycles, are errors.
     """
-    source = os.fspath(file)
-    options = Options(arm_unit, scale, tolerance, gaps, None, subpath)
+    chosen = Options(**options)
     if unit is not None:
         choice("unit", unit, ("mm", "inch"))
     if dimension is not None and dimension not in (PLANE, SPACE):
         raise InvalidInputError("dimension", "is neither 2 nor 3", "give one of them, or leave it out", dimension)
-    try:
-        return _read(_text(read_checked(file)), source, unit, options, dimension)
-    except InvalidInputError as error:
-        raise error if error.source else error.inside(source=source) from None
+    with about(file):
+        return _read(_text(read_checked(file)), os.fspath(file), unit, chosen, dimension)
 
 
 def _text(data: bytes) -> str:
@@ -105,7 +85,7 @@ def _read(text: str, source: str, unit: str | None, options: Options, dimension:
     if not program.kinds:
         raise InvalidInputError("", "moves nowhere", "is it a G-code program?")
     stated = program.unit
-    named, words = settled_unit(unit, stated, f"G{20 if stated == 'inch' else 21}", source)
+    named, words = settled_unit(unit, stated, "G20 or G21" if stated is None else "G20" if stated == "inch" else "G21")
     factor = options.factor(UNITS[named])
     points = np.frombuffer(program.points).reshape(-1, SPACE) * factor
     kinds = np.frombuffer(program.kinds, dtype=np.uint8)
@@ -114,6 +94,9 @@ def _read(text: str, source: str, unit: str | None, options: Options, dimension:
     in_space = len(heights) > 0 and np.ptp(heights) > 0
     if dimension is None:
         dimension = SPACE if in_space else PLANE
+    if dimension == SPACE:
+        why = "is for the plane; in space the program's own rapid moves lead from cut to cut"
+        options.no_bridges(why, "leave it out, or add dimension: 2")
     strokes, travels, error = _strokes(points, kinds, turns, dimension, options.within)
     if not strokes:
         raise InvalidInputError("", "makes no cutting move (G1, G2 or G3)", "is it the right file?")
@@ -122,8 +105,10 @@ def _read(text: str, source: str, unit: str | None, options: Options, dimension:
     if dimension == PLANE and in_space:
         depths = points[1:][kinds != RAPID, 2]
         notes.append(f"Z was dropped; the cuts end at heights from {depths.min():.6g} to {depths.max():.6g}")
+    if axes := program.assumed(dimension):
+        notes.append(f"nothing says where the tool is when it first cuts: it was taken to be at 0 in {axes}")
     return drawing(
-        source, "G-code", words, strokes, options, travels if dimension == SPACE else None, close=False,
+        source, "G-code", words, UNITS[named], strokes, options, travels if dimension == SPACE else None, close=False,
         ignored=program.ledger.entries(), notes=notes, chord_error=error,
         more={name: values for name, values in more.items() if values},
     )  # fmt: skip

@@ -9,11 +9,14 @@ from typing import NamedTuple
 from selfmotion.errors import InvalidInputError
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
-_WORD = re.compile(rf"\s*([A-Za-z])\s*({_NUMBER})")
+_WORD = re.compile(rf"\s*([A-Za-z])\s*({_NUMBER})", re.ASCII)
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
 _EXPONENT = re.compile(r"[\d.][eE][+-]?\d")
 # Lines of whole programs and of controllers that are no words.
 _ASIDE = re.compile(r"\s*(?:\$.*|[Mm]11[78]\b.*)")
+_SKIPPED = re.compile(r"/[1-9]?(?![0-9])")
+_LINE_END = re.compile(r"\r\n?|\n")
+_END_OF_FILE = "\x1a"  # as old systems write it
 _LARGEST = 1e9
 
 
@@ -37,11 +40,14 @@ class Block(NamedTuple):
     words : list of Word
     aside : str
         What is no word and has no meaning for the path; to be reported.
+    last : bool
+        Whether the program ends here, whatever follows.
     """
 
     line: int
     words: list[Word]
     aside: str = ""
+    last: bool = False
 
 
 def blocks(text: str) -> Iterator[Block]:
@@ -52,10 +58,17 @@ def blocks(text: str) -> Iterator[Block]:
     InvalidInputError
         Naming the line of what is no word.
     """
-    for number, raw in enumerate(text.split("\n"), 1):
+    begun = framed = False
+    for number, raw in enumerate(_LINE_END.split(text.rstrip(_END_OF_FILE)), 1):
         content = raw.strip()
+        if content == "%":
+            if framed:  # what follows the second one is no part of the program
+                yield Block(number, [], "% (end of the program)", True)
+                return
+            framed = not begun
         if not content or content == "%":
             continue
+        begun = True
         if _ASIDE.fullmatch(content):
             yield Block(number, [], content.split()[0])
             continue
@@ -64,8 +77,8 @@ def blocks(text: str) -> Iterator[Block]:
             if not content:
                 continue
         aside = ""
-        if content.startswith("/"):
-            content, aside = content[1:], "/ (block delete), read as if switched off"
+        if (skipped := _SKIPPED.match(content)) is not None:
+            content, aside = content[skipped.end() :], "/ (block delete), read as if switched off"
         yield Block(number, _words(content, number), aside)
 
 
@@ -82,7 +95,7 @@ def _words(content: str, number: int) -> list[Word]:
             if rest[0] in "#[" or "[" in rest or "#" in rest:
                 raise _unread(number, rest, "holds a variable or an expression", "write the program out in numbers")
             if rest[0] in "()":
-                raise _unread(number, rest, "has a comment that is not closed", "close it in the same line")
+                raise _unread(number, rest, "has parentheses that do not pair", "close every comment in its line")
             raise _unread(number, rest, "is not understood", "write words such as G1 X10.5; comments stand in ( )")
         value = float(found[2])
         if abs(value) > _LARGEST:

@@ -10,13 +10,12 @@ import numpy as np
 from selfmotion._checks import LARGEST
 from selfmotion._types import FloatArray
 from selfmotion.errors import InvalidInputError
+from selfmotion.exchange.reading import CURVE_WEIGHT
 from selfmotion.paths import Arc, Bezier, Concatenation, Ellipse, Line, Path, Placed, Waypoints
 from selfmotion.paths.base import PLANE, SPACE, distance
 
 MOST_CURVES = 2_000
 """More curves than these are flattened: each costs time whenever the path is asked for a point."""
-CURVE_WEIGHT = 20
-"""How many lines a curve counts for where too many are refused."""
 # A joint open by less than this part of its neighbours' extent is closed as far as paths are concerned.
 _SHUT = 5e-10
 # Radii that differ by less than this part are those of a circle.

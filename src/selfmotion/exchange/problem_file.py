@@ -6,6 +6,7 @@ import os
 from typing import Any, NamedTuple
 
 from selfmotion._checks import number
+from selfmotion.arms import CATALOGUE, RedundantArm
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.files import read_text
 from selfmotion.exchange.schema import ProblemForm, build, checked, inside
@@ -53,6 +54,28 @@ def load_problem(file: str | os.PathLike[str]) -> ProblemFile:
         return problem_from(data, os.path.dirname(source))
     except InvalidInputError as error:
         raise error.inside(source=source) from None
+
+
+def arm_of(name: str) -> RedundantArm:
+    """Return the arm of the catalogue that has a name, or the arm of a problem file.
+
+    Raises
+    ------
+    InvalidInputError
+        If there is neither.
+    """
+    if name in CATALOGUE:
+        found: RedundantArm = build("arm", {"kind": "named", "name": name})
+        return found
+    if not os.path.splitext(name)[1]:
+        raise InvalidInputError("--arm", "is neither an arm's name nor a file", "see selfmotion arms", name)
+    data = parse_yaml(read_text(name, _LARGEST), name)
+    try:
+        given = checked(ProblemForm, data)
+        arm: RedundantArm = inside("arm", build, "arm", given.model_dump()["arm"], os.path.dirname(name))
+    except InvalidInputError as error:
+        raise error.inside(source=name) from None
+    return arm
 
 
 def problem_from(data: Any, folder: str = "") -> ProblemFile:

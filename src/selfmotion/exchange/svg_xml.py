@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 
 from selfmotion.errors import InvalidInputError
@@ -23,16 +22,19 @@ class Element:
         By name without namespace.
     line : int
     children : list of Element
+    text : str
+        The rules of a style sheet; of other elements it is not kept.
     """
 
     name: str
     attributes: dict[str, str]
     line: int
     children: list[Element] = field(default_factory=list)
+    text: str = ""
 
 
-def parse_svg(text: str) -> Element:
-    """Return the root of an SVG document.
+def parse_svg(data: bytes) -> Element:
+    """Return the root of an SVG document, in the encoding that it states, UTF-8 if it states none.
 
     Raises
     ------
@@ -58,21 +60,30 @@ def parse_svg(text: str) -> Element:
         above[-1].children.append(element)
         above.append(element)
 
+    def characters(text: str) -> None:
+        if above[-1].name == "style":
+            above[-1].text += text
+
     def refuse(*_: object) -> None:
         remedy = "delete its <!DOCTYPE …> and <!ENTITY …>; SVG needs neither"
         raise _refused(parser.CurrentLineNumber, "declares a document type or entities", remedy)
 
     parser.StartElementHandler = start
     parser.EndElementHandler = lambda _: above.pop()
+    parser.CharacterDataHandler = characters
     parser.StartDoctypeDeclHandler = refuse
     parser.EntityDeclHandler = refuse
-    # Text is read already; what an XML declaration says of its encoding no longer holds.
-    body = re.sub(r"^\s*<\?xml.*?\?>", lambda found: "\n" * found[0].count("\n"), text, count=1, flags=re.S)
+    if data.startswith(b"\x1f\x8b"):
+        raise InvalidInputError("", "is packed, as files ending in .svgz are", "unpack it with gunzip")
     try:
-        parser.Parse(body.encode(), True)
+        parser.Parse(data, True)
     except expat.ExpatError as error:
         reason = f"is not XML: {expat.ErrorString(error.code)}"
         raise _refused(error.lineno, reason, "is it a whole SVG file?") from None
+    except (LookupError, UnicodeError, ValueError) as error:
+        if isinstance(error, InvalidInputError):
+            raise
+        raise _refused(1, f"states an encoding that is not read ({error})", "save it as UTF-8") from None
     if not root.children or root.children[0].name != "svg":
         raise _refused(1, "is not an SVG document", 'start with <svg xmlns="http://www.w3.org/2000/svg" …>')
     return root.children[0]

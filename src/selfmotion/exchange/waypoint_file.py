@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from typing import Literal
+import re
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -11,7 +12,8 @@ from selfmotion._checks import LARGEST, choice
 from selfmotion._types import FileName, FloatArray, Placement
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.file_path import PathFromFile, about_file
-from selfmotion.exchange.files import UNITS, read_bytes, read_text
+from selfmotion.exchange.files import read_bytes, read_text
+from selfmotion.exchange.reading import Options, about, settled_unit
 from selfmotion.exchange.waypoint_table import (
     array_table,
     in_metres,
@@ -19,8 +21,10 @@ from selfmotion.exchange.waypoint_table import (
     wanted_columns,
 )
 from selfmotion.paths import Path, Placed, PoseWaypoints, Waypoints
-from selfmotion.paths.base import POSE
+from selfmotion.paths.base import POSE, SPACE
+from selfmotion.units import UNITS
 
+_LINE_END = re.compile(r"\r\n?|\n")
 _COUNTS = ("r", "t", "index")
 _REMEDY = "start with x,y,z,qx,qy,qz,qw (or x,y,z or x,y), in any order"
 
@@ -55,35 +59,52 @@ def load_waypoints(file: str | os.PathLike[str], unit: Literal["m", "mm", "cm", 
         Naming file, line and column: if a column is missing or not known, a value is no finite number, a quaternion is
         not of unit norm, the file states another unit, or there are fewer than two rows.
     """
+    return read_table(file, unit).rows
+
+
+class Table(NamedTuple):
+    """What a file of waypoints holds.
+
+    Attributes
+    ----------
+    rows : array, shape (k, 2), (k, 3) or (k, 7)
+        As :func:`load_waypoints` returns them.
+    unit : str
+        Of the file's positions.
+    words : str
+        The same, and who says it.
+    """
+
+    rows: FloatArray
+    unit: str
+    words: str
+
+
+def read_table(file: str | os.PathLike[str], unit: str | None = None) -> Table:
+    """Read a table of points or poses as :func:`load_waypoints`, and say which unit it is in."""
     if unit is not None:
         choice("unit", unit, UNITS)
-    source = os.fspath(file)
-    suffix = os.path.splitext(source)[1].lower()
-    try:
-        if suffix == ".npy":
-            return in_metres(array_table(read_bytes(file)), UNITS[unit or "m"], "row {}".format)
+    suffix = os.path.splitext(os.fspath(file))[1].lower()
+    with about(file):
+        stated = None
         if suffix == ".json":
             table, stated = json_table(read_text(file))
-            return in_metres(table, UNITS[_agreed(unit, stated)], "row {}".format)
-        return _parsed(read_text(file), UNITS[unit or "m"])
-    except InvalidInputError as error:
-        raise error if error.source else error.inside(source=source) from None
-
-
-def _agreed(unit: str | None, stated: str | None) -> str:
-    """Return the unit that caller and file agree on."""
-    if stated is not None:
-        choice("unit", stated, UNITS)
-    if stated is not None and unit is not None and unit != stated:
-        remedy = "leave unit out to take the file's word, or correct the file"
-        raise InvalidInputError("unit", f"is {unit}, and the file says {stated}", remedy)
-    return stated or unit or "m"
+            if stated is not None:
+                choice("unit", stated, UNITS)
+        named, words = ("m", "m, unless something else is said")
+        if stated is not None or unit is not None:
+            named, words = settled_unit(unit, stated, "its unit")
+        if suffix == ".npy":
+            return Table(in_metres(array_table(read_bytes(file)), UNITS[named], "row {}".format), named, words)
+        if suffix == ".json":
+            return Table(in_metres(table, UNITS[named], "row {}".format), named, words)
+        return Table(_parsed(read_text(file), UNITS[named]), named, words)
 
 
 def _parsed(text: str, scale: float) -> FloatArray:
     if "\0" in text:
         raise InvalidInputError("", "is not a text file", "is it the right file?")
-    stripped = ((k, line.split("#", 1)[0].strip(" \r\f\v")) for k, line in enumerate(text.split("\n"), 1))
+    stripped = ((k, line.split("#", 1)[0].strip(" \f\v")) for k, line in enumerate(_LINE_END.split(text), 1))
     lines = [(k, line) for k, line in stripped if line.strip(" \t,;")]
     if not lines:
         raise InvalidInputError("", "is empty", _REMEDY)
@@ -108,12 +129,16 @@ def _parsed(text: str, scale: float) -> FloatArray:
 
 def _number(text: str, line: int, column: str) -> float:
     try:
-        value = float(text)
+        # What Python takes for a number beyond what tables hold: 1_000, and digits of other scripts.
+        value = float(text) if text.isascii() and "_" not in text else np.nan
     except ValueError:
         value = np.nan
+        if len(text) > 2 and text.strip()[:1] == text.strip()[-1:] == '"':
+            return _number(text.strip()[1:-1], line, column)
     if not np.isfinite(value) or abs(value) > LARGEST:
         reason = "is not a finite number" if text.strip() else "is empty"
-        raise InvalidInputError(f"line {line}, column {column}", reason, "correct it", text.strip())
+        remedy = "write decimals with a point, 0.5, and nothing between thousands" if "," in text else "correct it"
+        raise InvalidInputError(f"line {line}, column {column}", reason, remedy, text.strip())
     return value
 
 
@@ -127,11 +152,15 @@ class FilePath(PathFromFile):
     interpolation : {"linear", "spline"}
         As of ``waypoints`` and ``pose_waypoints``.
     unit : {"m", "mm", "cm", "inch"}, optional
-        Of the file's positions; the path is in metres. By default what the file says, else m.
+        Of the file's positions; by default what the file says, else m.
     parameter : {"uniform", "length"}
         How poses share r; points share it by their distances.
     frame, tool : mapping, optional
         As of ``placed``.
+    arm_unit : {"m", "mm", "cm", "inch"}
+        Of the arm's lengths, and so of the path.
+    scale : float
+        A further factor.
 
     Raises
     ------
@@ -149,7 +178,10 @@ class FilePath(PathFromFile):
         parameter: Literal["uniform", "length"] = "uniform",
         frame: Placement = None,
         tool: Placement = None,
+        arm_unit: Literal["m", "mm", "cm", "inch"] = "m",
+        scale: float = 1.0,
     ) -> None:
+        factor = Options(arm_unit, scale).factor(1.0)
         choice("unit", unit or "m", UNITS)
         choice("parameter", parameter, ("uniform", "length"))
         choice("interpolation", interpolation, ("linear", "spline"))
@@ -157,6 +189,7 @@ class FilePath(PathFromFile):
 
         def joined() -> Path:
             table = load_waypoints(file, unit)
+            table[:, : SPACE if table.shape[1] == POSE else None] *= factor
             if table.shape[1] == POSE:
                 return PoseWaypoints(table, interpolation, parameter)
             return Waypoints(table, interpolation)

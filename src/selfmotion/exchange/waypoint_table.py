@@ -89,7 +89,7 @@ def json_table(text: str) -> tuple[FloatArray, str | None]:
         Naming line or row.
     """
     try:
-        data = json.loads(text, parse_constant=_no_number)
+        data = json.loads(text, parse_constant=_no_number, object_pairs_hook=_unique)
     except json.JSONDecodeError as error:
         where = f"line {error.lineno}, column {error.colno}"
         raise InvalidInputError(where, f"is not JSON ({error.msg.lower()})", "is it a whole file?") from None
@@ -146,6 +146,16 @@ def _named(table: FloatArray, names: Sequence[str], where: str, remedy: str) -> 
     return table[:, [names.index(name) for name in wanted]]
 
 
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object of JSON, refused if it names something twice."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise InvalidInputError("", f"names {shorten(twice)} twice", "leave one of them")
+    return found
+
+
 def _no_number(text: str) -> NoReturn:
     raise InvalidInputError("", f"holds {text}, which is no number", "give finite numbers")
 
@@ -190,6 +200,8 @@ def _header(data: bytes) -> tuple[tuple[int, ...], np.dtype[Any]]:
         shape, _, kind = read(stream)
     except Exception as error:  # whatever a broken header makes of its parser
         raise InvalidInputError("", f"has a header that is not read ({shorten(str(error))})", "save it again") from None
+    if kind.names and len(shape) != 1:
+        raise InvalidInputError("", f"is no table of points: its shape is {shape}", "save fields of shape (k,)")
     size = int(np.prod([float(extent) for extent in shape])) * kind.itemsize
     if not kind.hasobject and len(data) - stream.tell() < size:
         reason = f"holds {len(data) - stream.tell()} bytes of numbers, and its header says {size}"
