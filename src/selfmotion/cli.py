@@ -527,7 +527,7 @@ def path(
     if folder is not None:
         from selfmotion.plot import draw_drawing, rendered
 
-        folder.write({name: rendered(stem, draw_drawing, found, width=5.0, height=4.0)[name]})
+        folder.write({name: rendered(stem, draw_drawing, found, forms=[suffix[1:]], width=5.0, height=4.0)[name]})
     result = {"status": "read", **found.summary(), "version": __version__}
     lines = found.lines() + ([] if out is None else [f"written to {out}"])
     _say(_json(result) if as_json else "\n".join(lines))

@@ -296,6 +296,33 @@ def test_a_path_a_thousand_times_too_small_is_a_warning(tmp_path):
     assert sm.Problem(sm.named_arm("panda"), turn).warnings == ()
 
 
+def test_a_drawing_of_many_strokes_is_drawn_in_few_lines(tmp_path):
+    """One line per stroke took minutes, and one line for all of them more cells than the renderer has."""
+    from selfmotion.plot import draw_drawing, figure, rendered
+
+    rng = np.random.default_rng(3)
+    shapes = "".join(
+        f'<line x1="{x:.3f}" y1="{y:.3f}" x2="{y:.3f}" y2="{x:.3f}"/>' for x, y in rng.uniform(0, 99, (8000, 2))
+    )
+    (tmp_path / "many.svg").write_text(svg(shapes))
+    drawing = read_svg(tmp_path / "many.svg", arm_unit="mm")
+    with figure(width=5.0, height=4.0) as (_, (axes,)):
+        draw_drawing(axes, drawing)
+        assert len(axes.lines) < 40
+        assert "gap, not bridged, the first 1000" in axes.get_legend_handles_labels()[1]
+    assert rendered("many", draw_drawing, drawing, forms=["png"], width=5.0, height=4.0).keys() == {"many.png"}
+
+
+def test_a_plunge_gets_no_arrow_and_the_cut_after_it_does(tmp_path):
+    from selfmotion.plot import draw_drawing, figure
+
+    (tmp_path / "plunge.nc").write_text("G21\nG0 X0 Y0 Z5\nG1 Z0\nX40\nY40\n")
+    with figure(width=5.0, height=4.0) as (_, (axes,)):
+        draw_drawing(axes, read_drawing(tmp_path / "plunge.nc", arm_unit="mm"))
+        (arrow,) = [text for text in axes.texts if getattr(text, "arrow_patch", None) is not None]
+    assert arrow.xy == pytest.approx((20, 0))
+
+
 def test_readers_import_nothing_heavy():
     heavy = "{'svgpathtools', 'ezdxf', 'matplotlib', 'numba'} & set(sys.modules)"
     code = f"import sys, selfmotion as sm; sm.read_svg, sm.read_dxf, sm.read_gcode; sys.exit(str({heavy} or ''))"

@@ -234,6 +234,26 @@ def test_chaining_any_order_gives_back_the_whole_polyline():
     assert chained([], 1.0) == ([], [])
 
 
+def test_lines_shorter_than_the_tolerance_are_chained_too():
+    """Fine curves are drawn as many short lines; each goes on with the nearest, not with the first that is near."""
+    corners = np.stack([np.arange(400) * 0.05, np.sin(np.arange(400) * 0.05)], axis=1)
+    order = np.random.default_rng(2).permutation(399)
+    chains, forks = chained([[line(corners[k : k + 2])] for k in order], 0.1)
+    assert len(chains) == 1
+    assert forks == []
+    assert sum(piece.length for piece in chains[0]) == pytest.approx(np.hypot(*np.diff(corners, axis=0).T).sum())
+
+
+def test_many_strokes_from_one_point_are_chained_in_bounded_time():
+    angles = np.linspace(0, 6, 20_000)
+    star = [[line(np.array([[0.0, 0.0], [10 * np.cos(a), 10 * np.sin(a)]]))] for a in angles]
+    before = time.perf_counter()
+    chains, forks = chained(star, 1e-4)
+    assert len(chains) == 10_000
+    assert len(forks) == 1
+    assert time.perf_counter() - before < 20
+
+
 @pytest.mark.parametrize(
     ("code", "metres"), [(1, 0.0254), (2, 0.3048), (4, 1e-3), (5, 1e-2), (6, 1.0), (14, 0.1), (10, 0.9144)]
 )

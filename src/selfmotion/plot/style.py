@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -73,8 +73,10 @@ def figure(
         yield canvas, [canvas.add_subplot(rows, columns, k + 1) for k in range(rows * columns)]
 
 
-def rendered(name: str, draw: Callable[..., None], *args: object, **size: float) -> dict[str, bytes]:
-    """Return one drawing as ``name.png`` and ``name.svg``.
+def rendered(
+    name: str, draw: Callable[..., None], *args: object, forms: Sequence[str] = ("png", "svg"), **size: float
+) -> dict[str, bytes]:
+    """Return one drawing as ``name.png`` and ``name.svg``, or as one of `forms` only.
 
     Parameters
     ----------
@@ -82,15 +84,19 @@ def rendered(name: str, draw: Callable[..., None], *args: object, **size: float)
     draw : callable
         Takes an Axes and `args`.
     *args
+    forms : sequence of str
+        As of :func:`image_files`.
     **size
         Passed on to :func:`figure`.
     """
     with figure(**size) as (canvas, (axes,)):  # type: ignore[arg-type]
         draw(axes, *args)
-        return image_files(name, canvas)
+        return image_files(name, canvas, forms=forms)
 
 
-def image_files(name: str, canvas: Figure, data: bool = False) -> dict[str, bytes]:
+def image_files(
+    name: str, canvas: Figure, data: bool = False, forms: Sequence[str] = ("png", "svg")
+) -> dict[str, bytes]:
     """Return a finished figure as ``name.png`` and ``name.svg``; call it inside :func:`figure`.
 
     Parameters
@@ -99,12 +105,15 @@ def image_files(name: str, canvas: Figure, data: bool = False) -> dict[str, byte
     canvas : matplotlib Figure
     data : bool
         Whether to add ``name.json``, what the figure shows as :func:`~selfmotion.plot.data.figure_data` reads it back.
+    forms : sequence of {"png", "svg"}
     """
     files = {}
     for suffix, options in (
         ("png", {"dpi": 220, "metadata": {"Software": "selfmotion"}}),
         ("svg", {"metadata": {"Creator": "selfmotion", "Date": None}}),
     ):
+        if suffix not in forms:
+            continue
         buffer = io.BytesIO()
         canvas.savefig(buffer, format=suffix, **options)
         files[f"{name}.{suffix}"] = buffer.getvalue()
