@@ -622,8 +622,6 @@ def one_pose(arm, cover, name, seed, k, costly, dense):
     """The kind of pose k, its posture, and what comes of it."""
     rng = np.random.default_rng([seed, k])
     cheap = [kind for kind in (KINDS if arm.n == 7 else ROLL_KINDS) if kind not in COSTLY]
-    if arm.n == 6 and np.abs(arm.chain.offsets[-1][:3, 2] @ [0, 0, 1]) > 1 - 1e-9:  # the whole self-motion is singular
-        cheap.remove("shoulder ±1e-6")
     if k % costly == costly - 1:
         kind = COSTLY[(k // costly) % len(COSTLY)]
     elif not dense:

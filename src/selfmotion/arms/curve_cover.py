@@ -52,13 +52,14 @@ class CurveCells:
         given = Found(
             cells.a + self._shift, cells.b + self._shift, cells.bow, cells.dev, cells.rest, cells.pieces, cells.origin
         )
-        found = self._filled(
-            lambda room: kernels.divide(self._chain, self._task(x), self.windows, given, spacing, _NARROWEST, room),
-            3 * len(cells) + 64,
-        )
+        found = self._filled(lambda room: self._divided(x, given, spacing, room), 3 * len(cells) + 64)
         return Cells(
             found.a - self._shift, found.b - self._shift, found.dev, found.pieces, found.origin, found.bow, found.rest
         )
+
+    def _divided(self, x: FloatArray, given: Found, spacing: FloatArray, room: Found) -> int:
+        """Fill in shorter cells than the given ones; return how many there are."""
+        return kernels.divide(self._chain, self._task(x), self.windows, given, spacing, _NARROWEST, room)
 
     def points(self, q: FloatArray, turned: bool) -> Cells:
         """Return cells that are postures q (m, n) alone; if `turned`, in every turn that the limits allow."""

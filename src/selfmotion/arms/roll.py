@@ -8,10 +8,12 @@ from numpy.typing import ArrayLike
 from selfmotion._checks import branch_index
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms import _curve_kernels
+from selfmotion.arms.cells import Cover
 from selfmotion.arms.chain_arm import ChainArm
 from selfmotion.arms.limits import JointBox
 from selfmotion.arms.roll_forms import ROLL_FAMILIES, roll_form_of
 from selfmotion.arms.spatial import SpatialArm
+from selfmotion.arms.straight_cover import StraightCover, is_straight
 from selfmotion.errors import InvalidInputError
 from selfmotion.rotations import matrix
 
@@ -110,6 +112,10 @@ class RollArm(SpatialArm):
     def derivative(self, x: ArrayLike, u: ArrayLike, branch: int | str = 0) -> tuple[FloatArray, FloatArray]:
         """Return ∂q/∂u (..., n, 1), and the joint rates by the five rates of the task (..., n, 5)."""
         return super().derivative(x, u, branch)
+
+    def cover(self, elbow: str = "any") -> Cover:
+        """Return the cells of the self-motion."""
+        return StraightCover(self, elbow) if is_straight(self) else super().cover(elbow)
 
     def _tool_axis(self, q: ArrayLike) -> FloatArray:
         joints = self._joints(q)

@@ -347,10 +347,11 @@ def _warm(problem: Problem) -> None:
     """Have the kernels compiled, or loaded, before the clock starts: once for arms that use the same ones."""
     from selfmotion.certificate.tube import Setting, first_tube
 
-    kernels = (type(problem.arm).__name__, problem.arm.branches, problem.objective.kind)
+    cover = problem.arm.cover()
+    kernels = (type(cover).__name__, problem.arm.branches, problem.objective.kind)
     if kernels in _warmed:
         return
-    setting = Setting(problem.arm.cover(), problem.path, problem.objective.kind, np.ones(problem.arm.n))
+    setting = Setting(cover, problem.path, problem.objective.kind, np.ones(problem.arm.n))
     tube = first_tube(setting, np.array([0.0, 1.0]), 2.0)
     if not tube.is_empty:
         first = tube.slices[0]

@@ -11,6 +11,7 @@ import numpy as np
 from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.problem import Problem
+from selfmotion.quadrature import integrate
 from selfmotion.refinement.closing import ClosedSpline
 from selfmotion.refinement.collocation import Collocation
 from selfmotion.refinement.newton import minimise
@@ -27,6 +28,7 @@ _TURN = 1e-3  # change of x' at a corner, as a part of the path's length
 _LEVELS = 8
 _EXACT = 1e-7  # a cost that two quadratures agree upon to this part needs no finer knots …
 _AGREED, _LOOSE = 0.1, 1e-4  # … nor one to this part of the tolerance, if that is loose
+_MEASURED = 1e-3  # of the tolerance: error of a motion's cost
 _ROUGH = 1e-6  # correction [rad] of spans that are bisected, or those corrected by half the largest if that is less
 _COARSE_TOLERANCE = 1e-7  # of Newton's method on the coarse level
 _REFINED = 3  # optima that are refined to the end, at most, once one of them holds
@@ -218,10 +220,16 @@ class Optima:
         return replace(optimum, cost=self.cost_of(optimum.motion), settled=True)
 
     def cost_of(self, motion: ClosedSpline) -> float:
-        """Return the true cost of a motion, by the quadrature of its spline."""
-        space = motion.space
-        rates = motion.rates(space.nodes)
-        return float(space.weights @ self.problem.objective.chord(rates, np.ones(len(rates)), self.problem.weights))
+        """Return the true cost of a motion, to a small part of the tolerance.
+
+        The quadrature of its spline is not enough: motions may start as steeply as a square root, at singular postures.
+        """
+        objective, weights = self.problem.objective, self.problem.weights
+
+        def speed(r: FloatArray) -> FloatArray:
+            return objective.chord(motion.rates(r), np.ones(len(r)), weights)
+
+        return integrate(speed, motion.space.edges, _MEASURED * self.tolerance).value
 
 
 def _corrections(motion: ClosedSpline) -> FloatArray:
