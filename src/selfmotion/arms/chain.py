@@ -74,9 +74,11 @@ class Chain:
             _check_rigid(f"offsets.{j}", offset)
         self.offsets = read_only(given)
         self.prismatic = _checked_kinds(prismatic, self.n)
-        self.limits = limits if isinstance(limits, JointLimits) else JointLimits(limits, self.n)
+        self.limits = limits if isinstance(limits, JointLimits) else JointLimits(limits, self.n, self.prismatic)
         if len(self.limits.lower) != self.n:
             raise InvalidInputError("limits", f"is for {len(self.limits.lower)} joints", f"give {self.n}")
+        if (self.limits.slides != self.prismatic).any():
+            self.limits = JointLimits(self.limits.as_list(), self.n, self.prismatic)
         self.velocity = _checked_speeds(velocity, self.n)
         self.base, self.tip = base, tip
 
