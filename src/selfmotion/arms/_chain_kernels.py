@@ -1,7 +1,7 @@
 """Kernels of serial chains: frames, Jacobians and their rates, for one posture and for many.
 
 A chain is ``T(q) = F_0 Rz(q_1) F_1 … Rz(q_n) F_n``: ``turns`` (n + 1, 3, 3) and ``shifts`` (n + 1, 3) are the fixed F.
-Joints before ``first`` slide along z instead: the arm's base does, so that all derivatives but the first are without them.
+Joints before ``first`` slide along z instead: the base does, so that no derivatives but the first know of them.
 """
 
 from __future__ import annotations
@@ -104,7 +104,13 @@ def jacobian_rate_all(
 
 @kernel
 def moving(
-    axes: FloatArray, centers: FloatArray, p: FloatArray, first: int, dq: FloatArray, spin: FloatArray, drift: FloatArray
+    axes: FloatArray,
+    centers: FloatArray,
+    p: FloatArray,
+    first: int,
+    dq: FloatArray,
+    spin: FloatArray,
+    drift: FloatArray,
 ) -> tuple[float, float, float]:
     """Fill in how fast each joint's frame turns and its point moves (n, 3); return the tool's velocity."""
     w0, w1, w2, v0, v1, v2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

@@ -221,7 +221,7 @@ def choices(
     low: float, high: float, windows: FloatArray, near: float, only_near: bool, period: float, shift: FloatArray,
     chosen: IntArray,
 ) -> int:  # fmt: skip
-    """List the whole turns, or periods, and windows with which [low, high] may lie inside a window; return how many there are."""
+    """List the whole periods and windows with which [low, high] may lie inside a window; return how many there are."""
     count = 0
     middle = 0.5 * (low + high)
     for w in range(len(windows)):

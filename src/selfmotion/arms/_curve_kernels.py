@@ -5,9 +5,9 @@ self-motion is a curve ``q(s) = c + s τ + ½ s² κ + z(s)``, s = g·(q − c),
 or not. How far z may go, that there is only one such curve in a tube around the parabola, and how far q'' is from κ
 follow from the first two derivatives of F at c and bounds of its second and third ones on the tube: a joint turns
 everything beyond it, so no derivative of the tool's position exceeds the lever arm of the last joint concerned, and no
-derivative of its rotation 1. A base that slides moves the tool linearly, so that nothing but the first derivatives knows it.
-Formulas and proofs: docs/mathematics. The tasks are the three of position and ``turning``
-of rotation, three or the two of the tool's axis; n is one more than there are tasks.
+derivative of its rotation 1. A base that slides moves the tool linearly, so that only first derivatives know of it.
+Formulas and proofs: docs/mathematics. The tasks are the three of position and ``turning`` of rotation, three or the two
+of the tool's axis; n is one more than there are tasks.
 """
 
 from __future__ import annotations
@@ -333,10 +333,10 @@ def around(chain: Chain, chart: Chart, half: float, z: FloatArray) -> float:
 @kernel
 def is_tube(chain: Chain, chart: Chart, half: float, z: FloatArray, tried: FloatArray) -> bool:
     """Fill in what |z| is bounded by if it is at most z; return whether that is no more, so that the curve is there."""
-    total = around(chain, chart, half, z)
+    first, total = chain.first, around(chain, chart, half, z)
     y, delta = chart.y, chart.delta
-    second, sum_y = curled(chart.local, chain.first, y, y), turning(chain.first, y)
-    third = total * curled(chart.local, chain.first, delta, delta) / 6.0
+    second, sum_y = curled(chart.local, first, y, y), turning(first, y)
+    third = total * curled(chart.local, first, delta, delta) / 6.0
     by_position, by_rotation = 0.5 * second + third, 0.5 * sum_y * sum_y + total * total * total / 6.0
     inside = True
     for i in range(len(z)):
@@ -364,9 +364,13 @@ def is_only_one(chain: Chain, chart: Chart, half: float, z: FloatArray) -> bool:
 @kernel
 def contracts(chain: Chain, chart: Chart, half: float, z: FloatArray) -> bool:
     """Return whether Newton's map brings all postures of the tube of width z closer; fill in to what width."""
-    total = around(chain, chart, half, z)
-    second, sum_y, sum_z = curled(chart.local, chain.first, chart.y, z), turning(chain.first, chart.y), turning(chain.first, z)
-    third = 0.5 * total * curled(chart.local, chain.first, chart.delta, z)
+    first, total = chain.first, around(chain, chart, half, z)
+    second, sum_y, sum_z = (
+        curled(chart.local, first, chart.y, z),
+        turning(first, chart.y),
+        turning(first, z),
+    )
+    third = 0.5 * total * curled(chart.local, first, chart.delta, z)
     less = True
     for i in range(len(z)):
         bent = 0.0
@@ -415,17 +419,20 @@ def enclose_curve(chain: Chain, chart: Chart, half: float) -> bool:
 def bound_bending(chain: Chain, chart: Chart, half: float) -> bool:
     """Fill in ``spread``, a bound on |q'' − κ| on the proved tube."""
     n = len(chart.center)
-    total = around(chain, chart, half, chart.tube)
+    first, total = chain.first, around(chain, chart, half, chart.tube)
     steep = np.abs(chart.tangent)
-    sum_y, sum_steep = turning(chain.first, chart.y), turning(chain.first, steep)
+    sum_y, sum_steep = turning(first, chart.y), turning(first, steep)
     # q' = τ + w with w = −C (ΔJ τ + ΔJ w).
     slope, tried = chart.slope, chart.trial
-    third = 0.5 * total * curled(chart.local, chain.first, chart.delta, steep)
+    third = 0.5 * total * curled(chart.local, first, chart.delta, steep)
     for i in range(n):
         slope[i] = 0.0
     for round_ in range(_ITERATIONS):
-        with_y, with_delta = curled(chart.local, chain.first, chart.y, slope), curled(chart.local, chain.first, chart.delta, slope)
-        sum_slope = turning(chain.first, slope)
+        with_y, with_delta = (
+            curled(chart.local, first, chart.y, slope),
+            curled(chart.local, first, chart.delta, slope),
+        )
+        sum_slope = turning(first, slope)
         inside = True
         for i in range(n):
             bent = 0.0
@@ -447,8 +454,8 @@ def bound_bending(chain: Chain, chart: Chart, half: float) -> bool:
             slope[i] = _WIDER * tried[i]
     # q'' = −C (H(q)[q', q'] + ΔJ q'').
     speed = steep + slope
-    sum_speed, sum_slope = turning(chain.first, speed), turning(chain.first, slope)
-    fixed_position = curled(chart.local, chain.first, slope, slope) + total * curled(chart.local, chain.first, speed, speed)
+    sum_speed, sum_slope = turning(first, speed), turning(first, slope)
+    fixed_position = curled(chart.local, first, slope, slope) + total * curled(chart.local, chain.first, speed, speed)
     fixed_rotation = sum_slope * sum_slope + total * sum_speed * sum_speed
     bend_, spread = np.abs(chart.curvature), chart.spread
     for i in range(n):
@@ -456,8 +463,11 @@ def bound_bending(chain: Chain, chart: Chart, half: float) -> bool:
     for _ in range(_ITERATIONS):
         for j in range(n):
             tried[j] = bend_[j] + spread[j]
-        with_y, with_delta = curled(chart.local, chain.first, chart.y, tried), curled(chart.local, chain.first, chart.delta, tried)
-        sum_bend = turning(chain.first, tried)
+        with_y, with_delta = (
+            curled(chart.local, first, chart.y, tried),
+            curled(chart.local, first, chart.delta, tried),
+        )
+        sum_bend = turning(first, tried)
         inside = True
         largest = 0.0
         for i in range(n):

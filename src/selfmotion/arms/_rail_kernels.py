@@ -1,9 +1,9 @@
 """Kernels of six-axis arms whose base slides on a rail: what the families of such arms have in common.
 
-The frame after joint 6, seen from the base, is ``T = Trans(−u a) X tool⁻¹``: X is the whole pose, a the rail's direction in
-the base's frame, and the parameter u is how far the base is along the rail. A *geometry* is the six-axis family's, with a
-after it. Joint 1 is the rail, so that the family's joint k is joint k + 1. As u grows the frame moves along −a and does
-not turn: with that the family's own kernels enclose its joints and their rates.
+The frame after joint 6, seen from the base, is ``T = Trans(−u a) X tool⁻¹``: X is the whole pose, a the rail's
+direction in the base's frame, and the parameter u is how far the base is along the rail. A *geometry* is the six-axis
+family's, with a after it. Joint 1 is the rail, so that the family's joint k is joint k + 1. As u grows the frame moves
+along −a and does not turn: with that the family's own kernels enclose its joints and their rates.
 """
 
 from __future__ import annotations
@@ -56,9 +56,10 @@ def sight_from(
     geometry: FloatArray, lengths: int, rotation: FloatArray, position: FloatArray, size: float, u0: float, u1: float,
     rows: FloatArray, place: FloatArray, motion: FloatArray,
 ) -> float:  # fmt: skip
-    """Do for a base in [u0, u1] on its rail what :func:`sight` does for a roll; `lengths` are how many lengths come first.
+    """Do for a base in [u0, u1] on its rail what :func:`sight` does for a roll.
 
-    The pose does not roll; and rounding grows with how far away it and the base are.
+    `lengths` is how many lengths the geometry begins with. The pose does not roll; and rounding grows with how far away
+    it and the base are.
     """
     middle = 0.5 * (u0 + u1)
     sight(geometry[lengths:], rotation, position, size, 0.0, 0.0, rows, place, motion)

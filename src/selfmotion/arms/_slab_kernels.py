@@ -125,7 +125,7 @@ def options(
     low: float, high: float, windows: FloatArray, inside_low: float, inside_high: float, period: float,
     found: FloatArray,
 ) -> int:  # fmt: skip
-    """List where [low, high], moved by whole periods, meets a window and [inside_low, inside_high]; return how often."""
+    """List where [low, high], moved by whole periods, meets a window and [inside_low, inside_high]; return how many."""
     count = 0
     for w in range(len(windows)):
         floor, ceiling = max(windows[w, 0], inside_low), min(windows[w, 1], inside_high)

@@ -1,4 +1,4 @@
-"""Six joints like Universal Robots' arms on a rail that its base slides along, the tool keeping a pose: in closed form and enclosed.
+"""Six joints like Universal Robots' arms on a rail, the tool keeping its pose: in closed form and enclosed.
 
 Formulas are in the docstrings of ``_ur_kernels`` and ``_rail_kernels``. Branches are the six-axis family's.
 """

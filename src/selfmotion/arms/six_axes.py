@@ -16,7 +16,7 @@ from selfmotion.rotations import matrix
 
 
 class SixAxisArm(SpatialArm):
-    """An arm whose closed form is one of six axes: its kernels put the tool on, and no joint alone tells branches apart.
+    """An arm whose closed form is one of six axes: its kernels put the tool on, and no one joint tells branches apart.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from selfmotion.arms import _family_kernels
 from selfmotion.arms.cells import Cover
 from selfmotion.arms.chain import Chain
 from selfmotion.arms.chain_arm import ChainArm
-from selfmotion.arms.closed_forms import FAMILIES, ClosedForm, closed_form_of, shortfall
+from selfmotion.arms.closed_forms import FAMILIES, ClosedForm, Family, closed_form_of, shortfall
 from selfmotion.arms.curve_cover import CurveCover
 from selfmotion.arms.curve_self_motion import CurveSelfMotion
 from selfmotion.arms.curve_slabs import CurveSlabs
@@ -61,7 +61,7 @@ class SpatialArm(ChainArm):
     chain's base frame. Formulas: docs/mathematics.
     """
 
-    families = FAMILIES
+    families: tuple[Family, ...] = FAMILIES
     recognised = staticmethod(closed_form_of)
 
     def __init__(self, chain: Chain) -> None:
