@@ -280,10 +280,11 @@ class Problem:
                 )
         excess, q = min(tried, key=lambda pair: float(pair[0].max()))
         joint = int(np.argmax(excess))
+        unit = "m" if arm.limits.slides[joint] else "rad"
         if excess[joint] > _ON_LIMIT:
             raise InvalidInputError(
                 f"{name}.{'u' if posture.q is None else 'q'}",
-                f"puts joint {joint + 1} at {q[joint]:.6g}, {excess[joint]:.6g} rad outside its limits",
+                f"puts joint {joint + 1} at {q[joint]:.6g}, {excess[joint]:.6g} {unit} outside its limits",
                 self.feasible_at(r),
                 (posture.u if posture.q is None else posture.q).tolist(),
             )
