@@ -45,7 +45,7 @@ def load(name, slack=None):
 
 @numba.njit(cache=True, error_model="numpy")
 def pose_error(offsets, first, q, rotation, position, error, jacobian):
-    """Fill in by how much a posture misses a pose (6,), and the Jacobian (6, n) of that; joints before `first` slide."""
+    """Fill in by how much a posture misses a pose (6,), and the Jacobian (6, n); joints before `first` slide."""
     n = len(q)
     frame = offsets[0].copy()
     axes, centers = np.empty((n, 3)), np.empty((n, 3))
@@ -311,7 +311,9 @@ def sampled(arm, x, first, rng, starts=12, step=0.02, most=1500):
         if all_q and np.abs(np.concatenate(all_q) - q).max(axis=1).min() < step:
             continue
         found, steep = np.empty((most, arm.n)), np.empty(most)
-        count = walk(offsets, slides, q, rotation, position, lower, upper, step * rng.uniform(0.3, 1.0, 97), found, steep)
+        count = walk(
+            offsets, slides, q, rotation, position, lower, upper, step * rng.uniform(0.3, 1.0, 97), found, steep
+        )
         all_q.append(found[:count])
         all_steep.append(steep[:count])
     if not all_q:
