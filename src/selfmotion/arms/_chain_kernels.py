@@ -136,7 +136,8 @@ def bend(
     """Fill in the rate (6, n) of the Jacobian for moving frames; that of joints that slide is zero."""
     for j in range(len(axes)):
         if j < first:
-            rate[:, j] = 0.0
+            for i in range(6):
+                rate[i, j] = 0.0
             continue
         z0, z1, z2 = axes[j, 0], axes[j, 1], axes[j, 2]
         w0, w1, w2 = spin[j, 0], spin[j, 1], spin[j, 2]

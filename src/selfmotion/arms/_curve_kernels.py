@@ -138,7 +138,8 @@ def jacobian_at(chain: Chain, task: Task, q: FloatArray, chart: Chart) -> bool:
         d0, d1, d2 = p[0] - chart.centers[j, 0], p[1] - chart.centers[j, 1], p[2] - chart.centers[j, 2]
         if j < chain.first:
             m[0, j], m[1, j], m[2, j] = z0, z1, z2
-            m[3:, j] = 0.0
+            for i in range(task.turning):
+                m[3 + i, j] = 0.0
             continue
         m[0, j], m[1, j], m[2, j] = z1 * d2 - z2 * d1, z2 * d0 - z0 * d2, z0 * d1 - z1 * d0
         for i in range(task.turning):
