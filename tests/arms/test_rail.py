@@ -331,6 +331,10 @@ def test_other_joints_that_slide_are_refused_with_what_is_supported(tmp_path):
 
 def test_what_is_of_angles_only_is_refused_of_a_rail():
     arm = railed("irb120")
-    for call in (arm.self_motion, lambda: arm.solve_with_margin(np.zeros(7), [0.0]), lambda: arm.cover(arm.branches[0])):
+    for call in (
+        arm.self_motion,
+        lambda: arm.solve_with_margin(np.zeros(7), [0.0]),
+        lambda: arm.cover(arm.branches[0]),
+    ):
         with pytest.raises(sm.InvalidInputError):
             call()

@@ -42,8 +42,9 @@ class RailArm(SixAxisArm):
     Notes
     -----
     The redundancy parameter u is the rail's position [m], which is joint 1. Objectives add up joints as they are: one
-    metre of the rail counts as one radian of another joint, unless ``weights`` say otherwise. The rail's weight is in
-    rad/m: how many radians of the other joints a metre of the rail is worth. Formulas: docs/mathematics.
+    metre of the rail counts as one radian of another joint, unless ``weights`` say otherwise. In l1 and l2 the rail's
+    weight is in rad/m: how many radians of the other joints a metre of the rail is worth. In joint travel a weight
+    multiplies √(1 + (dq/dr)²), in whatever unit q is. Formulas: docs/mathematics.
     """
 
     families = RAIL_FAMILIES

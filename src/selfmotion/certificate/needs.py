@@ -37,8 +37,8 @@ def needs(problem: Problem, causes: Iterable[Cause], deadline: float = np.inf) -
     Returns
     -------
     list of Need
-        The one that has to give least, by at most 1 rad or 10 m, with its place on the path; others that were found to need as
-        little follow. From the structure of the angle domain, which is computed, not proved.
+        The one that has to give least, by at most 1 rad or 10 m, with its place on the path; others that were found to need
+        as little follow. From the structure of the angle domain, which is computed, not proved.
     """
     sides = [(cause.joint, cause.kind.split()[0]) for cause in causes if cause.kind.endswith("limit")]
     found = _least(problem, sides, lambda *wider: leads_on(widened(problem, *wider)), deadline)
@@ -58,8 +58,8 @@ def needs_of_pose(problem: Problem, deadline: float = np.inf) -> list[Need]:
     Returns
     -------
     list of Need
-        The one that has to give least, by at most 1 rad or 10 m; others that need as little follow. That less does not do is
-        proved by a cover without cells.
+        The one that has to give least, by at most 1 rad or 10 m; others that need as little follow. That less does not do
+        is proved by a cover without cells.
     """
     low, high = max((part.r for part in problem.blocked), key=lambda ends: ends[1] - ends[0])
     r = 0.5 * (low + high)
