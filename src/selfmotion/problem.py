@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from selfmotion._checks import angles, choice, finite_array, integer, read_only
 from selfmotion._types import FloatArray
-from selfmotion.angles import wrap
 from selfmotion.arms import RedundantArm
+from selfmotion.arms.protocols import u_steps
 from selfmotion.domain import DomainStructure, angle_domain, blocked_at, blocked_stretches, out_of_reach
 from selfmotion.errors import Blocked, InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
@@ -225,7 +225,7 @@ class Problem:
         """Refuse a cyclic motion whose given ends are not the same posture."""
         if not self.cyclic or self.start is None or self.end is None:
             return
-        apart = np.abs(wrap(self.end.u - self.start.u)).max()
+        apart = np.abs(u_steps(self.arm, self.start.u, self.end.u)).max()
         if self.start.q is not None and self.end.q is not None:
             steps = self.arm.limits.steps if self.cyclic == "modulo" else np.subtract
             apart = np.abs(steps(self.end.q, self.start.q)).max()
@@ -280,10 +280,11 @@ class Problem:
                 )
         excess, q = min(tried, key=lambda pair: float(pair[0].max()))
         joint = int(np.argmax(excess))
+        unit = "m" if arm.limits.slides[joint] else "rad"
         if excess[joint] > _ON_LIMIT:
             raise InvalidInputError(
                 f"{name}.{'u' if posture.q is None else 'q'}",
-                f"puts joint {joint + 1} at {q[joint]:.6g}, {excess[joint]:.6g} rad outside its limits",
+                f"puts joint {joint + 1} at {q[joint]:.6g}, {excess[joint]:.6g} {unit} outside its limits",
                 self.feasible_at(r),
                 (posture.u if posture.q is None else posture.q).tolist(),
             )

@@ -66,7 +66,15 @@ def _boxes_of_slab(
                 if not inside or not has_options(windows, box):
                     continue
                 if not all_options(
-                    box, windows.wraps, windows.ends, windows.first, inside_low[p], inside_high[p], ways, many
+                    box,
+                    windows.wraps,
+                    windows.ends,
+                    windows.first,
+                    windows.period,
+                    inside_low[p],
+                    inside_high[p],
+                    ways,
+                    many,
                 ):
                     continue
                 longest, by_u = 0.0, 0.0
