@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import selfmotion as sm
+from selfmotion.certificate.joined import ends
 from selfmotion.errors import InfeasibleError
 from selfmotion.planners.ladder import ladder
 
@@ -119,3 +120,11 @@ def test_refine_finds_as_good_a_motion():
     plan = sm.plan(task, sm.Refine())
     assert plan.verification.holds
     assert plan.cost >= bound * (1 - 1e-6)
+
+
+def test_a_start_that_is_given_by_u_does_not_stop_a_proof():
+    """The proof that the rail is too short, which allows any start since u alone does not tell postures at folds."""
+    task = problem(low=-0.58, high=0.7, start={"u": [-0.5]})
+    assert ends(task, "start").q is None  # any posture: a proof is of more than was asked
+    with pytest.raises(InfeasibleError):
+        sm.plan(task, sm.Global(time_limit=20))

@@ -94,6 +94,16 @@ class JointLimits:
         return [None if pair == [None, None] else pair for pair in ends]
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each joint: ``"rad"``, or ``"m"`` of one that slides."""
+        return tuple("m" if slides else "rad" for slides in self.slides)
+
+    @property
+    def unit(self) -> str:
+        """The unit of what is said of all joints together, such as the largest step of any."""
+        return " or ".join(dict.fromkeys(reversed(self.units)))
+
+    @property
     def limited(self) -> BoolArray:
         """Which joints have a limit, shape (n,)."""
         return np.isfinite(self.lower) | np.isfinite(self.upper)

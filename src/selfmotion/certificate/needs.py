@@ -87,7 +87,7 @@ def _least(
             middle = 0.5 * (low + high) if low > 0.0 else 0.25 * high
             low, high = (low, middle) if opens(joint, side, middle) else (middle, high)
         best = high
-        found.append(Need(joint + 1, side, high, unit="m" if limits.slides[joint] else "rad"))
+        found.append(Need(joint + 1, side, high, unit=limits.units[joint]))
     found.sort(key=lambda need: need.by)
     return [need for need in found if need.by <= found[0].by * (1 + 2 * _SHARP)]
 
