@@ -88,9 +88,8 @@ def turns_of(
             shift[j, 0] = TAU * np.rint((target - 0.5 * (extent[j, 0] + extent[j, 1])) / TAU)
             continue
         mine = windows.ends[windows.first[j] : windows.first[j + 1]]
-        many[j] = choices(
-            extent[j, 0], extent[j, 1], mine, near[j], only_near, windows.period[j], shift[j], chosen[j]
-        )  # fmt: skip
+        low, high = extent[j, 0], extent[j, 1]
+        many[j] = choices(low, high, mine, near[j], only_near, windows.period[j], shift[j], chosen[j])
         if many[j] == 0:
             return False
     return True

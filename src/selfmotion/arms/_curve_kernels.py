@@ -366,11 +366,7 @@ def is_only_one(chain: Chain, chart: Chart, half: float, z: FloatArray) -> bool:
 def contracts(chain: Chain, chart: Chart, half: float, z: FloatArray) -> bool:
     """Return whether Newton's map brings all postures of the tube of width z closer; fill in to what width."""
     first, total = chain.first, around(chain, chart, half, z)
-    second, sum_y, sum_z = (
-        curled(chart.local, first, chart.y, z),
-        turning(first, chart.y),
-        turning(first, z),
-    )
+    second, sum_y, sum_z = curled(chart.local, first, chart.y, z), turning(first, chart.y), turning(first, z)
     third = 0.5 * total * curled(chart.local, first, chart.delta, z)
     less = True
     for i in range(len(z)):
@@ -429,10 +425,7 @@ def bound_bending(chain: Chain, chart: Chart, half: float) -> bool:
     for i in range(n):
         slope[i] = 0.0
     for round_ in range(_ITERATIONS):
-        with_y, with_delta = (
-            curled(chart.local, first, chart.y, slope),
-            curled(chart.local, first, chart.delta, slope),
-        )
+        with_y, with_delta = curled(chart.local, first, chart.y, slope), curled(chart.local, first, chart.delta, slope)
         sum_slope = turning(first, slope)
         inside = True
         for i in range(n):
@@ -456,7 +449,7 @@ def bound_bending(chain: Chain, chart: Chart, half: float) -> bool:
     # q'' = −C (H(q)[q', q'] + ΔJ q'').
     speed = steep + slope
     sum_speed, sum_slope = turning(first, speed), turning(first, slope)
-    fixed_position = curled(chart.local, first, slope, slope) + total * curled(chart.local, chain.first, speed, speed)
+    fixed_position = curled(chart.local, first, slope, slope) + total * curled(chart.local, first, speed, speed)
     fixed_rotation = sum_slope * sum_slope + total * sum_speed * sum_speed
     bend_, spread = np.abs(chart.curvature), chart.spread
     for i in range(n):
@@ -464,10 +457,7 @@ def bound_bending(chain: Chain, chart: Chart, half: float) -> bool:
     for _ in range(_ITERATIONS):
         for j in range(n):
             tried[j] = bend_[j] + spread[j]
-        with_y, with_delta = (
-            curled(chart.local, first, chart.y, tried),
-            curled(chart.local, first, chart.delta, tried),
-        )
+        with_y, with_delta = curled(chart.local, first, chart.y, tried), curled(chart.local, first, chart.delta, tried)
         sum_bend = turning(first, tried)
         inside = True
         largest = 0.0

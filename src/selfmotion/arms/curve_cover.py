@@ -44,7 +44,8 @@ class CurveCells:
         self._shift = arm.shift
         for j, mine in enumerate(windows):  # kernels count joints as the closed form does
             ends[first[j] : first[j] + len(mine)] += self._shift[j]
-        self.windows = Windows(self.wraps, ends, first, arm.limits.period)
+        # A copy: arrays that may not be written to are of another type, for which kernels would be compiled again.
+        self.windows = Windows(self.wraps, ends, first, arm.limits.period.copy())
         self._key = np.resize(_KEY, arm.n) * (1.0 + 0.1 * np.arange(arm.n))
 
     def split(self, x: FloatArray, cells: Cells, spacing: FloatArray) -> Cells:
