@@ -106,7 +106,8 @@ def _infeasibility(error: InfeasibleError) -> dict[str, Any]:
     return found
 
 
-def _verdict(summary: dict[str, Any]) -> str:
+def _verdict(summary: dict[str, Any], unit: str) -> str:
+    """Return what is said of a plan, steps and margins in the `unit` of its arm's joints."""
     parameters = summary["parameters"]
     chosen = [f"{name} = {value:.6g}" for name, value in parameters.items() if isinstance(value, float)]
     if "elbow" in parameters:
@@ -122,8 +123,8 @@ def _verdict(summary: dict[str, Any]) -> str:
             f"  {', '.join([summary['planner'], *chosen])}; "
             f"{summary['evaluations']} evaluations in {summary['wall_time_s']:.2f} s",
             f"  tool within {summary['max_tracking_error']:.1e} of the path, largest joint step "
-            f"{summary['max_joint_step']:.3g} rad, "
-            + ("no joint is limited" if margin is None else f"{margin:.4g} rad from the nearest limit"),
+            f"{summary['max_joint_step']:.3g} {unit}, "
+            + ("no joint is limited" if margin is None else f"{margin:.4g} {unit} from the nearest limit"),
         ]
     )
 

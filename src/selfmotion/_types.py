@@ -38,6 +38,8 @@ Placement = Annotated[Any, "frame"]
 """A rigid motion: ``translation`` and one of ``quaternion``, ``matrix``, ``rpy``, ``normal`` with ``x_axis``."""
 ToolFrame = Annotated[Any, "tool"]
 """The tool's frame in that of the arm's tip: ``translation`` and one of ``quaternion``, ``matrix``, ``rpy``."""
+Rail = Annotated[Any, "rail"]
+"""What an arm's base slides on: its ``axis`` in the base's frame, and ``limits`` in metres."""
 FollowRule = Annotated[Any, "follow"]
 """How a tool follows a tangent: ``axis`` and ``up``."""
 FileName = Annotated[str, "file"]

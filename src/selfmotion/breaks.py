@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,9 +33,11 @@ class Break:
         ``"whole turn"``, ``"changes branch"``, ``"another part"`` (of the self-motion, to which none leads),
         ``"jumps"`` (along one and the same part), ``"too coarse"`` (the tool leaves the path between the rows).
     size : float
-        Distance from the path (in the unit of length), overrun of the limit, or largest joint step [rad].
+        Distance from the path (in the unit of length), overrun of the limit, or largest joint step, in the unit.
     joint : int or None
         Joint concerned, counted from 1.
+    unit : str
+        Of overruns and steps: ``"rad"``, or ``"m"`` of a joint that slides.
     """
 
     row: int
@@ -43,6 +45,7 @@ class Break:
     kind: str
     size: float
     joint: int | None = None
+    unit: str = "rad"
 
     @property
     def is_step(self) -> bool:
@@ -52,18 +55,18 @@ class Break:
     def __str__(self) -> str:
         where = f"data row {self.row}, r = {self.r:.6g}"
         joint = "" if self.joint is None else f"joint {self.joint} "
-        return f"{where}: {_WORDS[self.kind].format(joint=joint, size=self.size)}"
+        return f"{where}: {_WORDS[self.kind].format(joint=joint, size=self.size, unit=self.unit)}"
 
 
 _ROW_KINDS = ("off the path", "outside a limit", "wrong elbow")
 _WORDS = {
     "off the path": "the tool misses the path by {size:.3g}",
-    "outside a limit": "{joint}is {size:.3g} rad outside its limits",
+    "outside a limit": "{joint}is {size:.3g} {unit} outside its limits",
     "wrong elbow": "the elbow is not the one asked for",
     "whole turn": "{joint}jumps by a whole turn to the next row",
-    "changes branch": "the elbow changes without passing a fold, {joint}by {size:.3g} rad",
-    "another part": "the next row lies on another connected part of the self-motion, {joint}jumps by {size:.3g} rad",
-    "jumps": "{joint}jumps by {size:.3g} rad along the self-motion",
+    "changes branch": "the elbow changes without passing a fold, {joint}by {size:.3g} {unit}",
+    "another part": "the next row lies on another connected part of the self-motion, {joint}jumps by {size:.3g} {unit}",
+    "jumps": "{joint}jumps by {size:.3g} {unit} along the self-motion",
     "too coarse": "the tool leaves the path by {size:.3g} before the next row",
 }
 
@@ -142,10 +145,14 @@ def connectivity(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Toler
         joint = int(np.argmax(excess[k]))
         kind = "off the path" if off[k] else "outside a limit" if outside[k] else "wrong elbow"
         size = float(miss[k] if off[k] else excess[k, joint])
-        breaks.append(Break(k + 1, float(r[k]), kind, size, joint + 1 if kind == "outside a limit" else None))
+        found = Break(k + 1, float(r[k]), kind, size)
+        if kind == "outside a limit":
+            found = replace(found, joint=joint + 1, unit=arm.limits.units[joint])
+        breaks.append(found)
     for k in np.flatnonzero(jumps).tolist():
         joint = int(np.argmax(steps[k]))
-        breaks.append(Break(k + 1, float(r[k]), _why(problem, r, q, k), float(steps[k, joint]), joint + 1))
+        size, unit = float(steps[k, joint]), arm.limits.units[joint]
+        breaks.append(Break(k + 1, float(r[k]), _why(problem, r, q, k), size, joint + 1, unit))
     breaks += [Break(int(k) + 1, float(r[k]), "too coarse", float(between[k])) for k in np.flatnonzero(coarse)]
     return Connectivity(tuple(sorted(breaks, key=lambda found: found.row)), bad, jumps | coarse | ~good)
 
@@ -153,7 +160,7 @@ def connectivity(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Toler
 def _why(problem: Problem, r: FloatArray, q: FloatArray, k: int) -> str:
     """Return the kind of the break between rows k and k + 1, both of them postures of the problem."""
     arm, step = problem.arm, q[k + 1] - q[k]
-    if np.abs(wrap(step)).max() < _BESIDES and np.abs(step).max() > np.pi:
+    if np.abs(wrap(step, arm.limits.period)).max() < _BESIDES and np.abs(step).max() > np.pi:
         return "whole turn"
     branches = arm.branch_of(q[k : k + 2])
     if arm.n_u == 1:

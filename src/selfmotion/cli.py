@@ -35,7 +35,9 @@ SaveOption = Annotated[str | None, typer.Option("--save", metavar="FILE", help="
 ForceOption = Annotated[bool, typer.Option("--force", help="Replace files that selfmotion did not write.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 SeedOption = Annotated[int | None, typer.Option("--seed", metavar="N", help="Seed of the random numbers.")]
-MaxStepOption = Annotated[float, typer.Option("--max-step", min=0.0, help="Largest joint step between rows [rad].")]
+MaxStepOption = Annotated[
+    float, typer.Option("--max-step", min=0.0, help="Largest joint step between rows [rad; m of a rail].")
+]
 
 _MOST_LINES = 40  # of one kind on the terminal
 
@@ -94,7 +96,7 @@ def plan(
 
         files = {"plan.json": _json(summary).encode(), "trajectory.csv": trajectory_csv(result)}
         folder.write(files | plan_figures(result))
-    _say(_json(summary) if as_json else _verdict(summary))
+    _say(_json(summary) if as_json else _verdict(summary, case.arm.limits.unit))
     if out is not None and not as_json:
         _say(f"written to {out}")
 
@@ -375,11 +377,12 @@ def time_plan(
     source: Annotated[str, typer.Argument(metavar="FILE", help="Problem file, or a plan that plan --save stored.")],
     out: Annotated[str, typer.Option("--out", metavar="FILE", help="File to write the trajectory to.")],
     max_acceleration: Annotated[
-        str, typer.Option("--max-acceleration", metavar="X[,X…]", help="Of every joint, or of each [rad/s²].")
+        str,
+        typer.Option("--max-acceleration", metavar="X[,X…]", help="Of each joint, or of all [rad/s²; m/s² of a rail]."),
     ],
     max_velocity: Annotated[
         str | None,
-        typer.Option("--max-velocity", metavar="X[,X…]", help="The same [rad/s]; the arm's own limits hold too."),
+        typer.Option("--max-velocity", metavar="X[,X…]", help="The same [rad/s; m/s]; the arm's own limits hold too."),
     ] = None,
     tool_speed: Annotated[
         float | None, typer.Option("--tool-speed", metavar="V", help="Kept wherever the joints can [length/s].")
@@ -431,10 +434,13 @@ def time_plan(
         "cost": plan.cost,
         "version": __version__,
     }
+    jerk: dict[str, float] = {}
+    for unit, most in zip(plan.problem.arm.limits.units, timed.jerk.tolist(), strict=True):
+        jerk[unit] = max(most, jerk.get(unit, 0.0))
     lines = [
         f"{timed.duration:.6g} s, {len(timed.t)} rows written to {out}",
         f"  velocities up to {fast.max():.1%} of their limits, accelerations up to {strong.max():.1%}, "
-        f"jerk between rows up to {timed.jerk.max():.3g} rad/s³",
+        f"jerk between rows up to {' and '.join(f'{most:.3g} {unit}/s³' for unit, most in jerk.items())}",
     ]
     if timed.stops:
         places = ", ".join(f"{r:.6g}" for r in timed.stops[:_MOST_LINES])
@@ -477,6 +483,7 @@ def arms(
     if file is None:
         rows.append(("planar", "3, 4, …", "last links' directions", "2", "yes", "yes", "kind planar: links and limits"))
         rows.append(("urdf", "6 or 7", "as recognised", "8", "yes", "yes", "kind urdf, of a family: file, base, tip"))
+        rows.append(("rail", "1 + 6", "the rail's position", "8", "yes", "yes", "six joints of a family, with rail: …"))
         rows.append(("urdf", "7", "a joint's angle", "up to 16", "no", "no", "kind urdf, any other that EAIK solves"))
     lines = _table(header, rows)
     for why in dict.fromkeys(row["why_not"] for row in listed if row["why_not"]):

@@ -112,20 +112,24 @@ class Need:
     side : str
         ``"lower"`` or ``"upper"``.
     by : float
-        [rad]
+        In the unit.
     r : float or None
         Where along the path, if it could be told.
+    unit : str
+        ``"rad"``, or ``"m"`` of a joint that slides.
     """
 
     joint: int
     side: str
     by: float
     r: float | None = None
+    unit: str = "rad"
 
     def __str__(self) -> str:
         where = "" if self.r is None else f" at r = {self.r:.3g}"
         way = "below its lower" if self.side == "lower" else "above its upper"
-        return f"θ{self.joint} needs {self.by:.3g} rad more {way} limit{where}"
+        name = "θ" if self.unit == "rad" else "q"
+        return f"{name}{self.joint} needs {self.by:.3g} {self.unit} more {way} limit{where}"
 
 
 class InfeasibleError(SelfMotionError):

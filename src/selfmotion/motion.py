@@ -79,7 +79,7 @@ class Motion:
         values = np.asarray(r, dtype=float)
         q = self.arm.solve(self.path(values), self.u(values), self.branch)[0]
         near = np.stack([np.interp(values, self._nodes, joint) for joint in self._lifted.T], axis=-1)
-        return nearest_turn(q, near)
+        return nearest_turn(q, near, self.arm.limits.period)
 
     def rates(self, r: ArrayLike) -> FloatArray:
         """Return dθ/dr, shape (..., n); infinite or NaN exactly at a fold."""

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike
 
 from selfmotion._checks import angles, choice, finite_array, integer, read_only
 from selfmotion._types import FloatArray
-from selfmotion.angles import wrap
+from selfmotion.angles import TAU
 from selfmotion.arms import RedundantArm
+from selfmotion.arms.protocols import u_period, u_steps
 from selfmotion.domain import DomainStructure, angle_domain, blocked_at, blocked_stretches, out_of_reach
 from selfmotion.errors import Blocked, InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
@@ -234,12 +235,13 @@ class Problem:
         """Refuse a cyclic motion whose given ends are not the same posture."""
         if not self.cyclic or self.start is None or self.end is None:
             return
-        apart = np.abs(wrap(self.end.u - self.start.u)).max()
+        apart = np.abs(u_steps(self.arm, self.start.u, self.end.u)).max()
         if self.start.q is not None and self.end.q is not None:
             steps = self.arm.limits.steps if self.cyclic == "modulo" else np.subtract
             apart = np.abs(steps(self.end.q, self.start.q)).max()
         if apart > ANGLE:
-            reason = f"differs from start by {apart:.6g} rad, and a cyclic motion ends where it starts"
+            by = f"{apart:.6g} {self.arm.limits.unit}"
+            reason = f"differs from start by {by}, and a cyclic motion ends where it starts"
             raise InvalidInputError("end", reason, "leave one of the two out, or set cyclic: false")
 
     def _posture(self, name: str, given: ArrayLike | Mapping[str, Any] | None, r: float) -> Posture | None:
@@ -249,7 +251,8 @@ class Problem:
         if set(entry) not in ({"u"}, {"q"}):
             raise InvalidInputError(name, "needs either u or q", "write {u: […]} or {q: […]}", dict(entry))
         if "u" in entry:
-            posture = Posture(angles(f"{name}.u", entry["u"], self.arm.n_u))
+            u = finite_array(f"{name}.u", entry["u"], 1, self.arm.n_u)
+            posture = Posture(angles(f"{name}.u", u) if u_period(self.arm) == TAU else u)
         else:
             posture = self._from_joints(name, finite_array(f"{name}.q", entry["q"], 1, self.arm.n), r)
         self._check_inside(name, posture, r)
@@ -290,9 +293,10 @@ class Problem:
         excess, q = min(tried, key=lambda pair: float(pair[0].max()))
         joint = int(np.argmax(excess))
         if excess[joint] > _ON_LIMIT:
+            by = f"{excess[joint]:.6g} {arm.limits.units[joint]}"
             raise InvalidInputError(
                 f"{name}.{'u' if posture.q is None else 'q'}",
-                f"puts joint {joint + 1} at {q[joint]:.6g}, {excess[joint]:.6g} rad outside its limits",
+                f"puts joint {joint + 1} at {q[joint]:.6g}, {by} outside its limits",
                 self.feasible_at(r),
                 (posture.u if posture.q is None else posture.q).tolist(),
             )

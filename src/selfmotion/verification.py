@@ -9,7 +9,7 @@ import numpy as np
 
 from selfmotion._blocks import in_blocks
 from selfmotion._types import FloatArray, IntArray
-from selfmotion.angles import wrap
+from selfmotion.arms.protocols import u_steps
 from selfmotion.paths.base import PLANE
 from selfmotion.problem import ANGLE, Problem
 
@@ -157,7 +157,7 @@ def end_failures(problem: Problem, q: FloatArray) -> list[Failure]:
         if posture is None:
             continue
         if posture.q is None:
-            off = np.abs(wrap(arm.u_of(q[k]) - posture.u))
+            off = np.abs(u_steps(arm, posture.u, arm.u_of(q[k])))
         else:
             off = np.abs(arm.limits.steps(posture.q, q[k]))
         if off.max() > ANGLE:

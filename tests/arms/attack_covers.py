@@ -14,10 +14,14 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
+from scipy.optimize import brentq
 
 from selfmotion.arms.catalogue import CATALOGUE, named_arm
 
 ARMS = ("panda", "fr3", "iiwa7", "iiwa14")
+ON_RAILS = ("irb120 on a rail", "kr6r900 on a rail", "ur5e on a rail")
+RAIL = {"axis": [0.2, 1.0, 0.1], "limits": [-0.4, 0.7]}
+TOOL = {"translation": [0.05, 0.02, 0.15], "rpy": [0.3, 0.6, -0.2]}
 OVERRUN = 1e-9
 EXACT = 3e-14  # what a sampled posture may miss its pose by
 KINDS = (
@@ -35,15 +39,16 @@ TURN = 2 * np.pi
 
 def load(name, slack=None, tool=None):
     """An arm by its name, joint limits wider by `slack`."""
-    arm = named_arm(name, tool=tool)
+    arm = named_arm(name.split()[0], tool=TOOL, rail=RAIL) if name in ON_RAILS else named_arm(name, tool=tool)
     return arm if slack is None else arm.relaxed(np.full(arm.n, slack))
 
 
 @numba.njit(cache=True, error_model="numpy")
-def pose_error(offsets, q, rotation, position, error, jacobian):
+def pose_error(offsets, first, q, rotation, position, error, jacobian):
     """Fill in by how much a posture misses a pose (n − 1,), and the Jacobian (n − 1, n) of that.
 
-    Six joints keep the position and the z-axis of a pose: turns count about its x- and y-axis only.
+    Joints before `first` slide. Six joints keep the position and the z-axis of a pose: turns count about its x- and
+    y-axis only.
     """
     n = len(q)
     frame = offsets[0].copy()
@@ -51,11 +56,18 @@ def pose_error(offsets, q, rotation, position, error, jacobian):
     turn = np.eye(4)
     for j in range(n):
         axes[j], centers[j] = frame[:3, 2], frame[:3, 3]
+        if j < first:
+            frame[:3, 3] += q[j] * axes[j]
+            frame = frame @ offsets[j + 1]
+            continue
         turn[0, 0], turn[0, 1], turn[1, 0], turn[1, 1] = np.cos(q[j]), -np.sin(q[j]), np.sin(q[j]), np.cos(q[j])
         frame = frame @ turn @ offsets[j + 1]
     error[:] = 0.0
     for j in range(n):
-        jacobian[:3, j] = np.cross(axes[j], frame[:3, 3] - centers[j])
+        if j < first:
+            jacobian[:3, j] = axes[j]
+        else:
+            jacobian[:3, j] = np.cross(axes[j], frame[:3, 3] - centers[j])
     for i in range(3):
         error[i] = frame[i, 3] - position[i]
     if n == 6:
@@ -68,7 +80,10 @@ def pose_error(offsets, q, rotation, position, error, jacobian):
                 jacobian[3 + k, j] = (axes[j] * rotation[:, k]).sum()
         return (frame[:3, 2] * rotation[:, 2]).sum() > 0.0
     for j in range(n):
-        jacobian[3:, j] = axes[j]
+        if j < first:
+            jacobian[3:, j] = 0.0
+        else:
+            jacobian[3:, j] = axes[j]
     for i in range(3):
         for k in range(3):  # half the sum of the columns' vector products: the sine of the angle, about the axis
             a, b = (k + 1) % 3, (k + 2) % 3
@@ -81,13 +96,13 @@ def pose_error(offsets, q, rotation, position, error, jacobian):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def settled(offsets, q, rotation, position, steps, most):
+def settled(offsets, first, q, rotation, position, steps, most):
     """Move q onto a pose by the shortest Newton steps; return the error left, infinite if it does not get there."""
     tasks = len(q) - 1
     error, jacobian = np.empty(tasks), np.empty((tasks, len(q)))
     best = np.inf
     for _ in range(steps):
-        ahead = pose_error(offsets, q, rotation, position, error, jacobian)
+        ahead = pose_error(offsets, first, q, rotation, position, error, jacobian)
         size = np.abs(error).max()
         if size < 1e-15 or (best < 1e-14 and size >= best):
             return size if ahead else np.inf
@@ -101,7 +116,7 @@ def settled(offsets, q, rotation, position, steps, most):
         if not length < 1e6:
             return np.inf
         q += step * min(1.0, most / max(length, 1e-300))
-    ahead = pose_error(offsets, q, rotation, position, error, jacobian)
+    ahead = pose_error(offsets, first, q, rotation, position, error, jacobian)
     return np.abs(error).max() if ahead else np.inf
 
 
@@ -115,7 +130,7 @@ def overrun(q, lower, upper):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def walk(offsets, start, rotation, position, lower, upper, steps, found, steep):
+def walk(offsets, first, start, rotation, position, lower, upper, steps, found, steep):
     """Walk along the self-motion both ways as far as limits go; fill in postures and least singular values.
 
     Lengths of steps are repeated; where limits end the walk its last posture overruns them by all but what may be.
@@ -127,7 +142,7 @@ def walk(offsets, start, rotation, position, lower, upper, steps, found, steep):
         for k in range(len(found) // 2):
             if count >= len(found):
                 return count
-            pose_error(offsets, q, rotation, position, error, jacobian)
+            pose_error(offsets, first, q, rotation, position, error, jacobian)
             _, s, vt = np.linalg.svd(jacobian, full_matrices=True)
             found[count], steep[count] = q, s[-1]
             count += 1
@@ -143,7 +158,7 @@ def walk(offsets, start, rotation, position, lower, upper, steps, found, steep):
             low, far, at, inside = 0.0, long, long, q.copy()
             for _ in range(60):
                 ahead = q + at * tangent
-                left = settled(offsets, ahead, rotation, position, 12, 0.1)
+                left = settled(offsets, first, ahead, rotation, position, 12, 0.1)
                 if left > EXACT or np.abs(ahead - q).max() > 3 * long:
                     break
                 if overrun(ahead, lower, upper) <= 0.999 * OVERRUN:
@@ -263,17 +278,24 @@ def all_held(q, a, b, bow, dev, rest, wraps, found):
 
 
 @numba.njit(cache=True, error_model="numpy")
-def all_misses(offsets, q, rotation, position, found):
-    """Fill in by how much postures (k, n) miss a pose: distance, and sine of the angle, the larger of both."""
+def all_misses(offsets, first, q, rotation, position, found):
+    """Fill in by how much postures (k, n) miss a pose: distance, and sine of the angle, the larger of both.
+
+    Joints before `first` slide.
+    """
     n = q.shape[1]
     frame, moved = np.empty((3, 4)), np.empty((3, 4))
     for i in range(len(q)):
         frame[:] = offsets[0, :3]
         for j in range(n):
-            c, s = np.cos(q[i, j]), np.sin(q[i, j])
-            for r in range(3):
-                x, y = frame[r, 0], frame[r, 1]
-                frame[r, 0], frame[r, 1] = c * x + s * y, c * y - s * x
+            if j < first:
+                for r in range(3):
+                    frame[r, 3] += q[i, j] * frame[r, 2]
+            else:
+                c, s = np.cos(q[i, j]), np.sin(q[i, j])
+                for r in range(3):
+                    x, y = frame[r, 0], frame[r, 1]
+                    frame[r, 0], frame[r, 1] = c * x + s * y, c * y - s * x
             for r in range(3):
                 for k in range(4):
                     moved[r, k] = frame[r, 3] if k == 3 else 0.0
@@ -288,6 +310,11 @@ def all_misses(offsets, q, rotation, position, found):
         found[i] = most
 
 
+def sliding(arm):
+    """How many joints slide, all before those that turn."""
+    return int(arm.limits.slides.sum())
+
+
 def target(x):
     """Rotation matrix and position of a pose (7,)."""
     w, v = x[3], x[4:]
@@ -298,7 +325,7 @@ def target(x):
 def misses(arm, x, q):
     """By how much postures (k, n) miss a pose."""
     found = np.empty(len(q))
-    all_misses(arm.chain.offsets, np.ascontiguousarray(q), *target(x), found)
+    all_misses(arm.chain.offsets, sliding(arm), np.ascontiguousarray(q), *target(x), found)
     return found
 
 
@@ -425,12 +452,14 @@ def posture(arm, kind, rng):
     lower, upper = arm.limits.lower, arm.limits.upper
     q = rng.uniform(lower, upper)
     near = 10.0 ** -float(kind[-1]) * rng.choice([-1, 1]) if kind[-1].isdigit() else 0.0
-    if "rim" in kind:
+    if "rim" in kind and not arm.limits.slides.any():
         many = rng.uniform(lower, upper, (400, arm.n))
         many[:, 3] = fold(arm) + 0.02 * np.sign(0.5 * (lower[3] + upper[3]) or rng.choice([-1, 1]))
         if arm.closed_form.family.parameter == "q7":
             many[:200, 5] = np.clip(0.0, lower[5], upper[5])
         q = many[np.linalg.norm(arm.forward(many)[:, :3] - arm.chain.offsets[0][:3, 3], axis=1).argmax()]
+    if arm.limits.slides.any():
+        return on_rail(arm, kind, q, near, rng)
     if "limit" in kind:
         j = rng.integers(arm.n)
         q[j] = rng.choice([lower[j], upper[j]])
@@ -445,6 +474,34 @@ def posture(arm, kind, rng):
     return np.clip(q, lower, upper)
 
 
+def on_rail(arm, kind, q, near, rng):
+    """A posture of a kind of an arm on a rail: as singular as its signs, which tell its branches apart, can be made."""
+    lower, upper, shift, lengths = arm.limits.lower, arm.limits.upper, arm.shift, arm.geometry
+    spherical = arm.closed_form.family.number == 4
+    if "limit" in kind:
+        j = rng.integers(arm.n)
+        q[j] = rng.choice([lower[j], upper[j]])
+    if "elbow" in kind:
+        q[3] = near - shift[3] - (np.arctan2(lengths[1], lengths[4]) if spherical else 0.0)
+    if "wrist" in kind:
+        q[5] = near - shift[5]
+    if "shoulder" in kind:  # the wrist above the first axis, or as near to it as its offset lets it be
+
+        def m(q2):
+            a, b, c = q2 + shift[2], q2 + shift[2] + q[3] + shift[3], q[4] + shift[4]
+            if spherical:
+                return lengths[0] + lengths[3] * np.sin(a) + lengths[1] * np.cos(b) + lengths[4] * np.sin(b) - near
+            return lengths[0] * np.cos(a) + lengths[1] * np.cos(b) + lengths[3] * np.sin(b + c) - near
+
+        grid = np.linspace(max(lower[2], -np.pi), min(upper[2], np.pi), 400)
+        values = np.array([m(a) for a in grid])
+        change = np.flatnonzero(values[1:] * values[:-1] < 0)
+        if len(change):
+            k = rng.choice(change)
+            q[2] = brentq(m, grid[k], grid[k + 1], xtol=1e-15)
+    return np.clip(q, lower, upper)
+
+
 class Sample(NamedTuple):
     """Feasible postures (k, n) at a pose, and the least singular value at each."""
 
@@ -455,20 +512,22 @@ class Sample(NamedTuple):
 def sampled(arm, x, first, rng, starts=12, step=0.02, most=1500):
     """Feasible postures of the self-motions that random starts, and the first one, lead to."""
     offsets, (rotation, position) = arm.chain.offsets, target(x)
-    lower, upper = arm.limits.lower, arm.limits.upper
+    lower, upper, slides = arm.limits.lower, arm.limits.upper, sliding(arm)
     all_q, all_steep = [], []
     tries = [first, *rng.uniform(np.maximum(lower, -4), np.minimum(upper, 4), (starts, arm.n))]
     for k, start in enumerate(tries):
         q = np.array(start)
-        if settled(offsets, q, rotation, position, 60 if k else 12, 0.3) > EXACT:
+        if settled(offsets, slides, q, rotation, position, 60 if k else 12, 0.3) > EXACT:
             continue
-        q = q + 2 * np.pi * np.rint((0.5 * (np.maximum(lower, -9) + np.minimum(upper, 9)) - q) / (2 * np.pi))
+        turns = np.rint((0.5 * (np.maximum(lower, -9) + np.minimum(upper, 9)) - q) / (2 * np.pi))
+        q = q + 2 * np.pi * np.where(arm.limits.slides, 0.0, turns)
         if overrun(q, lower, upper) > 0.999 * OVERRUN:
             continue
         if all_q and np.abs(np.concatenate(all_q) - q).max(axis=1).min() < step:
             continue
         found, steep = np.empty((most, arm.n)), np.empty(most)
-        count = walk(offsets, q, rotation, position, lower, upper, step * rng.uniform(0.3, 1.0, 97), found, steep)
+        steps = step * rng.uniform(0.3, 1.0, 97)
+        count = walk(offsets, slides, q, rotation, position, lower, upper, steps, found, steep)
         all_q.append(found[:count])
         all_steep.append(steep[:count])
     if not all_q:
@@ -559,14 +618,16 @@ def drawn(arm, x, first, rng, wraps, even=200):
     exact = np.ones(len(q), bool)
     rotation, position = target(x)
     for k in rough:
-        exact[k] = settled(arm.chain.offsets, q[k], rotation, position, 12, 0.1) <= EXACT
+        exact[k] = settled(arm.chain.offsets, sliding(arm), q[k], rotation, position, 12, 0.1) <= EXACT
     return Drawn(with_turns(arm, np.concatenate([first[None], q[exact]]), wraps), miss.max(initial=0.0))
 
 
 def with_turns(arm, q, wraps):
-    """Postures (k, n) in every turn within limits; joints that wrap as they are."""
+    """Postures (k, n) in every turn within limits; joints that wrap or slide as they are, those inside their limits."""
     lower, upper = arm.limits.lower - 0.999 * OVERRUN, arm.limits.upper + 0.999 * OVERRUN
-    for j in np.flatnonzero(~wraps):
+    slides = arm.limits.slides
+    q = q[((q >= lower) & (q <= upper))[:, slides].all(axis=1)]
+    for j in np.flatnonzero(~wraps & ~slides):
         q = q.copy()
         q[:, j] += TURN * np.ceil((lower[j] - q[:, j]) / TURN)
         turns = []
@@ -583,7 +644,7 @@ def allowance(arm, x, q, room=1e-10):
     error, jacobian = np.empty(arm.n - 1), np.empty((arm.n - 1, arm.n))
     found = []
     for posture in q:
-        pose_error(arm.chain.offsets, posture, rotation, position, error, jacobian)
+        pose_error(arm.chain.offsets, sliding(arm), posture, rotation, position, error, jacobian)
         found.append(room + 20 * EXACT / max(np.linalg.svd(jacobian, compute_uv=False)[-1], 1e-12))
     return np.array(found)
 
@@ -639,7 +700,7 @@ def one_pose(arm, cover, name, seed, k, costly, dense):
 def main():
     """Attack an arm's cover at random poses of all kinds but the costly ones, which come once in so many."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("arm", choices=list(CATALOGUE))
+    parser.add_argument("arm", choices=[*CATALOGUE, *ON_RAILS])
     parser.add_argument("count", type=int)
     parser.add_argument("seed", type=int)
     parser.add_argument("--dense", action="store_true", help="postures of the closed form, instead of walked ones")

@@ -21,15 +21,15 @@ def wandered(arm, q, rng, steps=40):
     found, way, spread = [q], rng.normal(size=6), 0.3
     for _ in range(steps):
         now = found[-1]
-        attack.pose_error(offsets, now, rotation, position, error, jacobian)
+        attack.pose_error(offsets, 0, now, rotation, position, error, jacobian)
         _, sizes, vectors = np.linalg.svd(jacobian)
         still = vectors[np.append(sizes, 0.0) < 1e-7]
         way = still.T @ (still @ (way + spread * rng.normal(size=6)))
         now = now + STEP * way / np.linalg.norm(way)
         for _ in range(12):
-            attack.pose_error(offsets, now, rotation, position, error, jacobian)
+            attack.pose_error(offsets, 0, now, rotation, position, error, jacobian)
             now = now - np.linalg.pinv(jacobian, 1e-6) @ error
-        attack.pose_error(offsets, now, rotation, position, error, jacobian)
+        attack.pose_error(offsets, 0, now, rotation, position, error, jacobian)
         if np.abs(error).max() > 1e-13:  # a way on to first order only
             way, spread = rng.choice([-1.0, 1.0]) * np.eye(6)[5], 0.0
         elif ((now >= arm.limits.lower) & (now <= arm.limits.upper)).all():

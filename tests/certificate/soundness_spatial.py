@@ -52,10 +52,10 @@ def corrected(arm, q, x, pull=None):
     q = np.array(q)
     if pull is not None:
         error, jacobian = np.empty(arm.n - 1), np.empty((arm.n - 1, arm.n))
-        pose_error(offsets, q, rotation, position, error, jacobian)
+        pose_error(offsets, 0, q, rotation, position, error, jacobian)
         null = np.linalg.svd(jacobian)[2][-1]
         q += null * np.clip(null @ pull, -0.02, 0.02)
-    return q if settled(offsets, q, rotation, position, 12, np.inf) < EXACT else None
+    return q if settled(offsets, 0, q, rotation, position, 12, np.inf) < EXACT else None
 
 
 def inside(arm, q, slack=0.0):

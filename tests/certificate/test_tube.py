@@ -42,6 +42,17 @@ def test_ends_that_went_on_in_another_piece_are_severed(kept, ends):
     assert severed(two_pieces().kept(np.array(kept, bool))) == ends
 
 
+@pytest.mark.parametrize(("wraps", "ends"), [(True, set()), (np.array([False, True]), {(0, 1)})])
+def test_what_is_a_turn_away_on_a_rail_is_somewhere_else(wraps, ends):
+    """A cell ends where one that is dropped goes on; a third, which is kept, does so but for 2π of the first joint."""
+    a = np.array([[0.0, 0.0], [0.1, 0.1], [0.05 + 2 * np.pi, 0.05]])
+    b = np.array([[0.1, 0.1], [0.2, 0.2], [0.25 + 2 * np.pi, 0.25]])
+    pieces = np.array([[0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 1.0], [2.0, 0.0, 0.0, 1.0]])
+    cells = Cells(a, b, np.full((3, 2), 1e-6), pieces, np.arange(3))
+    part = Slice(0.5, np.zeros(2), cells, np.zeros(3, bool), np.zeros((3, 2), bool), wraps=wraps)
+    assert severed(part.kept(np.array([True, False, True]))) == ends
+
+
 def test_narrow_holes_are_filled():
     part = two_pieces()
     least = np.array([1.0, 3.0, 1.0, 1.0, 3.0, 3.0, 1.0, 1.0, 1.0])

@@ -65,6 +65,13 @@ def locked():
     return refined(sm.Problem(arm, sm.PoseWaypoints(np.array([start, end])), samples=50))
 
 
+def railed():
+    """Six axes on a rail of their own, on a seam as long as it."""
+    arm = sm.named_arm("irb120", rail={"axis": [0.1, 1, 0], "limits": [-0.5, 0.5]})
+    path = sm.PosePath(sm.Line([0.4, -0.4, 0.3], [0.4, 0.4, 0.3]), orientation=[0, 1, 0, 0])
+    return rough(sm.Problem(arm, path, objective="l2", weights=[0.5, 1, 1, 1, 1, 1, 1], samples=100))
+
+
 def searched(planner):
     return lambda: sm.plan(seed_problem(), planner)
 
@@ -82,6 +89,7 @@ PLANS = {
     "panda": lambda: rough(panda(objective="l2")),
     "locked": locked,
     "roll": lambda: refined(panda("ur10e")),
+    "rail": railed,
 }
 
 
@@ -101,6 +109,8 @@ def test_a_stored_plan_comes_back_equal(name, tmp_path):
 
 
 def assert_equal(again, plan):
+    assert type(again.problem.arm) is type(plan.problem.arm)
+    assert again.problem.arm.limits.units == plan.problem.arm.limits.units
     assert np.array_equal(again(R), plan(R))
     assert np.array_equal(again.u(R), plan.u(R))
     assert np.array_equal(again.rates(R), plan.rates(R))

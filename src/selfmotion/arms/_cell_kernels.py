@@ -17,11 +17,15 @@ _FAR = 1.0  # how far Newton's method may go [rad]
 
 
 class Windows(NamedTuple):
-    """Where joints may be: joint j in the intervals first[j] to first[j + 1], or anywhere if it wraps."""
+    """Where joints may be: joint j in the intervals first[j] to first[j + 1], or anywhere if it wraps.
+
+    Whole turns are multiples of the period (n,): 2π, but for joints that slide.
+    """
 
     wraps: BoolArray
     ends: FloatArray
     first: IntArray
+    period: FloatArray
 
 
 class Found(NamedTuple):
@@ -60,8 +64,8 @@ def has_options(windows: Windows, box: FloatArray) -> bool:
             continue
         inside = False
         for w in range(windows.first[j], windows.first[j + 1]):
-            turn = np.ceil((windows.ends[w, 0] - box[j, 1]) / TAU - PAD)
-            inside = inside or turn <= np.floor((windows.ends[w, 1] - box[j, 0]) / TAU + PAD)
+            turn = np.ceil((windows.ends[w, 0] - box[j, 1]) / windows.period[j] - PAD)
+            inside = inside or turn <= np.floor((windows.ends[w, 1] - box[j, 0]) / windows.period[j] + PAD)
         if not inside:
             return False
     return True
@@ -84,7 +88,8 @@ def turns_of(
             shift[j, 0] = TAU * np.rint((target - 0.5 * (extent[j, 0] + extent[j, 1])) / TAU)
             continue
         mine = windows.ends[windows.first[j] : windows.first[j + 1]]
-        many[j] = choices(extent[j, 0], extent[j, 1], mine, near[j], only_near, shift[j], chosen[j])
+        low, high = extent[j, 0], extent[j, 1]
+        many[j] = choices(low, high, mine, near[j], only_near, windows.period[j], shift[j], chosen[j])
         if many[j] == 0:
             return False
     return True

@@ -218,19 +218,20 @@ def to_joints(phi: FloatArray, direction: float, q: FloatArray) -> None:
 
 @kernel
 def choices(
-    low: float, high: float, windows: FloatArray, near: float, only_near: bool, shift: FloatArray, chosen: IntArray
-) -> int:
-    """List the whole turns and windows with which [low, high] may lie inside a window; return how many there are."""
+    low: float, high: float, windows: FloatArray, near: float, only_near: bool, period: float, shift: FloatArray,
+    chosen: IntArray,
+) -> int:  # fmt: skip
+    """List the whole periods and windows with which [low, high] may lie inside a window; return how many there are."""
     count = 0
     middle = 0.5 * (low + high)
     for w in range(len(windows)):
-        first, last = np.ceil((windows[w, 0] - high) / TAU), np.floor((windows[w, 1] - low) / TAU)
+        first, last = np.ceil((windows[w, 0] - high) / period), np.floor((windows[w, 1] - low) / period)
         if only_near:
-            turn = np.rint((near - middle) / TAU)
+            turn = np.rint((near - middle) / period)
             first, last = max(first, turn), min(last, turn)
         turn = first
         while turn <= last and count < len(shift):
-            shift[count], chosen[count] = TAU * turn, w
+            shift[count], chosen[count] = period * turn, w
             count += 1
             turn += 1.0
     return count
@@ -329,6 +330,7 @@ def cover(
                         windows[first[j] : first[j + 1]],
                         near[p, j],
                         only_near,
+                        TAU,
                         shift[j],
                         chosen[j],
                     )

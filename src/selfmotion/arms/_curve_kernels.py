@@ -5,8 +5,9 @@ self-motion is a curve ``q(s) = c + s τ + ½ s² κ + z(s)``, s = g·(q − c),
 or not. How far z may go, that there is only one such curve in a tube around the parabola, and how far q'' is from κ
 follow from the first two derivatives of F at c and bounds of its second and third ones on the tube: a joint turns
 everything beyond it, so no derivative of the tool's position exceeds the lever arm of the last joint concerned, and no
-derivative of its rotation 1. Formulas and proofs: docs/mathematics. The tasks are the three of position and ``turning``
-of rotation, three or the two of the tool's axis; n is one more than there are tasks.
+derivative of its rotation 1. A base that slides moves the tool linearly, so that only first derivatives know of it.
+Formulas and proofs: docs/mathematics. The tasks are the three of position and ``turning`` of rotation, three or the two
+of the tool's axis; n is one more than there are tasks.
 """
 
 from __future__ import annotations
@@ -34,11 +35,15 @@ _CLOSE = 1e-8  # a step after which the next one is below rounding [rad]
 
 
 class Chain(NamedTuple):
-    """A chain: fixed turns (n + 1, 3, 3) and shifts (n + 1, 3), levers (n,) from each joint to the tool at most."""
+    """A chain: fixed turns (n + 1, 3, 3) and shifts (n + 1, 3), levers (n,) from each joint to the tool at most.
+
+    Joints before `first` slide, the others turn.
+    """
 
     turns: FloatArray
     shifts: FloatArray
     levers: FloatArray
+    first: int = 0
 
 
 class Task(NamedTuple):
@@ -125,12 +130,17 @@ def invert(matrix: FloatArray, inverse: FloatArray) -> bool:
 @kernel
 def jacobian_at(chain: Chain, task: Task, q: FloatArray, chart: Chart) -> bool:
     """Fill in Jacobian and residual of the task at q; return whether the tool points about where it should."""
-    frames(chain.turns, chain.shifts, q, chart.axes, chart.centers, chart.rotation, chart.position)
+    frames(chain.turns, chain.shifts, chain.first, q, chart.axes, chart.centers, chart.rotation, chart.position)
     n = len(q)
     p, r, w, m = chart.position, chart.rotation, task.rotation, chart.matrix
     for j in range(n):
         z0, z1, z2 = chart.axes[j, 0], chart.axes[j, 1], chart.axes[j, 2]
         d0, d1, d2 = p[0] - chart.centers[j, 0], p[1] - chart.centers[j, 1], p[2] - chart.centers[j, 2]
+        if j < chain.first:
+            m[0, j], m[1, j], m[2, j] = z0, z1, z2
+            for i in range(task.turning):
+                m[3 + i, j] = 0.0
+            continue
         m[0, j], m[1, j], m[2, j] = z1 * d2 - z2 * d1, z2 * d0 - z0 * d2, z0 * d1 - z1 * d0
         for i in range(task.turning):
             m[3 + i, j] = w[0, i] * z0 + w[1, i] * z1 + w[2, i] * z2
@@ -249,8 +259,8 @@ def prepare(chain: Chain, task: Task, q: FloatArray, direction: FloatArray, char
         chart.tangent[i] = c[i, n - 1]
         if not abs(c[i, n - 1]) < _STEEPEST:
             return False
-    v = moving(chart.axes, chart.centers, chart.position, chart.tangent, chart.spin, chart.drift)
-    bend(chart.axes, chart.centers, chart.position, chart.spin, chart.drift, v, rate)
+    v = moving(chart.axes, chart.centers, chart.position, chain.first, chart.tangent, chart.spin, chart.drift)
+    bend(chart.axes, chart.centers, chart.position, chain.first, chart.spin, chart.drift, v, rate)
     for j in range(n):
         r0, r1, r2 = rate[3, j], rate[4, j], rate[5, j]
         for i in range(task.turning):
@@ -279,10 +289,22 @@ def prepare(chain: Chain, task: Task, q: FloatArray, direction: FloatArray, char
 
 
 @kernel
-def curled(levers: FloatArray, a: FloatArray, b: FloatArray) -> float:
-    """Return ``Σ lever(max(i, j)) a_i b_j``, which no second derivative of a position in a and b exceeds."""
+def turning(first: int, a: FloatArray) -> float:
+    """Return the sum of a over the joints that turn, which are those from `first` on."""
+    total = 0.0
+    for j in range(first, len(a)):
+        total += a[j]
+    return total
+
+
+@kernel
+def curled(levers: FloatArray, first: int, a: FloatArray, b: FloatArray) -> float:
+    """Return ``Σ lever(max(i, j)) a_i b_j``, which no second derivative of a position in a and b exceeds.
+
+    The sum is over the joints that turn: the others are before them, and move the tool linearly.
+    """
     total, sum_a, sum_b = 0.0, 0.0, 0.0
-    for j in range(len(levers)):
+    for j in range(first, len(levers)):
         total += levers[j] * (a[j] * sum_b + b[j] * sum_a + a[j] * b[j])
         sum_a += a[j]
         sum_b += b[j]
@@ -291,14 +313,18 @@ def curled(levers: FloatArray, a: FloatArray, b: FloatArray) -> float:
 
 @kernel
 def around(chain: Chain, chart: Chart, half: float, z: FloatArray) -> float:
-    """Fill in how far postures of a tube are from parabola's tangent and from the center, and levers; return Σ |δ|."""
+    """Fill in how far postures of a tube are from parabola's tangent and from the center, and levers; return Σ |δ|.
+
+    The sum is over the joints that turn.
+    """
     n = len(z)
     beyond = 0.0
     for k in range(n):
         i = n - 1 - k
         chart.y[i] = 0.5 * half * half * abs(chart.curvature[i]) + z[i]
         chart.delta[i] = half * abs(chart.tangent[i]) + chart.y[i]
-        beyond += chart.delta[i]
+        if i >= chain.first:
+            beyond += chart.delta[i]
         chart.local[i] = min(chain.levers[i], (chart.levers[i] + PAD) + chain.levers[i] * beyond)
         if k > 0:  # never less than a later one: third derivatives are bounded through second ones
             chart.local[i] = max(chart.local[i], chart.local[i + 1])
@@ -308,10 +334,10 @@ def around(chain: Chain, chart: Chart, half: float, z: FloatArray) -> float:
 @kernel
 def is_tube(chain: Chain, chart: Chart, half: float, z: FloatArray, tried: FloatArray) -> bool:
     """Fill in what |z| is bounded by if it is at most z; return whether that is no more, so that the curve is there."""
-    total = around(chain, chart, half, z)
+    first, total = chain.first, around(chain, chart, half, z)
     y, delta = chart.y, chart.delta
-    second, sum_y = curled(chart.local, y, y), y.sum()
-    third = total * curled(chart.local, delta, delta) / 6.0
+    second, sum_y = curled(chart.local, first, y, y), turning(first, y)
+    third = total * curled(chart.local, first, delta, delta) / 6.0
     by_position, by_rotation = 0.5 * second + third, 0.5 * sum_y * sum_y + total * total * total / 6.0
     inside = True
     for i in range(len(z)):
@@ -339,9 +365,9 @@ def is_only_one(chain: Chain, chart: Chart, half: float, z: FloatArray) -> bool:
 @kernel
 def contracts(chain: Chain, chart: Chart, half: float, z: FloatArray) -> bool:
     """Return whether Newton's map brings all postures of the tube of width z closer; fill in to what width."""
-    total = around(chain, chart, half, z)
-    second, sum_y, sum_z = curled(chart.local, chart.y, z), chart.y.sum(), z.sum()
-    third = 0.5 * total * curled(chart.local, chart.delta, z)
+    first, total = chain.first, around(chain, chart, half, z)
+    second, sum_y, sum_z = curled(chart.local, first, chart.y, z), turning(first, chart.y), turning(first, z)
+    third = 0.5 * total * curled(chart.local, first, chart.delta, z)
     less = True
     for i in range(len(z)):
         bent = 0.0
@@ -390,17 +416,17 @@ def enclose_curve(chain: Chain, chart: Chart, half: float) -> bool:
 def bound_bending(chain: Chain, chart: Chart, half: float) -> bool:
     """Fill in ``spread``, a bound on |q'' − κ| on the proved tube."""
     n = len(chart.center)
-    total = around(chain, chart, half, chart.tube)
+    first, total = chain.first, around(chain, chart, half, chart.tube)
     steep = np.abs(chart.tangent)
-    sum_y, sum_steep = chart.y.sum(), steep.sum()
+    sum_y, sum_steep = turning(first, chart.y), turning(first, steep)
     # q' = τ + w with w = −C (ΔJ τ + ΔJ w).
     slope, tried = chart.slope, chart.trial
-    third = 0.5 * total * curled(chart.local, chart.delta, steep)
+    third = 0.5 * total * curled(chart.local, first, chart.delta, steep)
     for i in range(n):
         slope[i] = 0.0
     for round_ in range(_ITERATIONS):
-        with_y, with_delta = curled(chart.local, chart.y, slope), curled(chart.local, chart.delta, slope)
-        sum_slope = slope.sum()
+        with_y, with_delta = curled(chart.local, first, chart.y, slope), curled(chart.local, first, chart.delta, slope)
+        sum_slope = turning(first, slope)
         inside = True
         for i in range(n):
             bent = 0.0
@@ -422,8 +448,8 @@ def bound_bending(chain: Chain, chart: Chart, half: float) -> bool:
             slope[i] = _WIDER * tried[i]
     # q'' = −C (H(q)[q', q'] + ΔJ q'').
     speed = steep + slope
-    sum_speed, sum_slope = speed.sum(), slope.sum()
-    fixed_position = curled(chart.local, slope, slope) + total * curled(chart.local, speed, speed)
+    sum_speed, sum_slope = turning(first, speed), turning(first, slope)
+    fixed_position = curled(chart.local, first, slope, slope) + total * curled(chart.local, first, speed, speed)
     fixed_rotation = sum_slope * sum_slope + total * sum_speed * sum_speed
     bend_, spread = np.abs(chart.curvature), chart.spread
     for i in range(n):
@@ -431,8 +457,8 @@ def bound_bending(chain: Chain, chart: Chart, half: float) -> bool:
     for _ in range(_ITERATIONS):
         for j in range(n):
             tried[j] = bend_[j] + spread[j]
-        with_y, with_delta = curled(chart.local, chart.y, tried), curled(chart.local, chart.delta, tried)
-        sum_bend = tried.sum()
+        with_y, with_delta = curled(chart.local, first, chart.y, tried), curled(chart.local, first, chart.delta, tried)
+        sum_bend = turning(first, tried)
         inside = True
         largest = 0.0
         for i in range(n):

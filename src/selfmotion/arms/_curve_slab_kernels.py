@@ -32,6 +32,7 @@ def _boxes_of_slab(
     `root` (3, 3, 2) and `origin` (3, 2) are the poses. Limited joints stay in [inside_low, inside_high] (p, n) as well.
     """
     n, capacity, count = low.shape[1], len(low), 0
+    wraps, ends, first, period = windows
     stack = np.empty((_DEEPEST, COLUMNS))
     all_boxes, rate = np.empty((BRANCHES, n, 2)), np.empty((BRANCHES, n, 2))
     state, box, now = np.empty(BRANCHES, np.int64), np.empty((n, 2)), np.empty(COLUMNS)
@@ -65,9 +66,7 @@ def _boxes_of_slab(
                         free += 1
                 if not inside or not has_options(windows, box):
                     continue
-                if not all_options(
-                    box, windows.wraps, windows.ends, windows.first, inside_low[p], inside_high[p], ways, many
-                ):
+                if not all_options(box, wraps, ends, first, period, inside_low[p], inside_high[p], ways, many):
                     continue
                 longest, by_u = 0.0, 0.0
                 for j in range(n):

@@ -13,10 +13,12 @@ from numba import types
 from selfmotion._compiled import Handed
 from selfmotion._types import BoolArray, FloatArray, IntArray
 
-PANDA, SRS, WRIST, UR = 0, 1, 2, 3
+PANDA, SRS, WRIST, UR, WRIST_RAIL, UR_RAIL = range(6)
 BRANCHES = 8
-_MODULES = ("_panda_kernels", "_srs_kernels", "_wrist_kernels", "_ur_kernels")
-_FREE = ((0, -1), (0, 4), (0, 3), (-1, 5))
+_MODULES = (
+    "_panda_kernels", "_srs_kernels", "_wrist_kernels", "_ur_kernels", "_wrist_rail_kernels", "_ur_rail_kernels",
+)  # fmt: skip
+_FREE = ((0, -1), (0, 4), (0, 3), (-1, 5), (1, 4), (-1, 6))
 
 _one, _two, _three = (types.Array(types.float64, d, "C") for d in (1, 2, 3))
 _flags, _states = types.Array(types.boolean, 1, "C"), types.Array(types.int64, 1, "C")

@@ -122,19 +122,20 @@ def narrow(
 
 @kernel
 def options(
-    low: float, high: float, windows: FloatArray, inside_low: float, inside_high: float, found: FloatArray
-) -> int:
-    """List where [low, high], moved by whole turns, meets a window and [inside_low, inside_high]; return how often."""
+    low: float, high: float, windows: FloatArray, inside_low: float, inside_high: float, period: float,
+    found: FloatArray,
+) -> int:  # fmt: skip
+    """List where [low, high], moved by whole periods, meets a window and [inside_low, inside_high]; return how many."""
     count = 0
     for w in range(len(windows)):
         floor, ceiling = max(windows[w, 0], inside_low), min(windows[w, 1], inside_high)
-        if high - low >= TAU and floor <= ceiling and count < len(found):  # anything is possible
+        if high - low >= period and floor <= ceiling and count < len(found):  # anything is possible
             found[count, 0], found[count, 1], found[count, 2] = floor, ceiling, 0.0
             count += 1
             continue
-        turn, last = np.ceil((floor - high) / TAU - PAD), np.floor((ceiling - low) / TAU + PAD)
+        turn, last = np.ceil((floor - high) / period - PAD), np.floor((ceiling - low) / period + PAD)
         while turn <= last:
-            one, two = low + TAU * turn, high + TAU * turn
+            one, two = low + period * turn, high + period * turn
             start, stop = max(one, floor), max(min(two, ceiling), one, floor)
             if count < len(found):
                 found[count, 0], found[count, 1] = start, stop
@@ -152,8 +153,8 @@ def options(
 
 @kernel
 def all_options(
-    box: FloatArray, wraps: BoolArray, windows: FloatArray, first: IntArray, inside_low: FloatArray,
-    inside_high: FloatArray, ways: FloatArray, many: IntArray,
+    box: FloatArray, wraps: BoolArray, windows: FloatArray, first: IntArray, period: FloatArray,
+    inside_low: FloatArray, inside_high: FloatArray, ways: FloatArray, many: IntArray,
 ) -> bool:  # fmt: skip
     """List the options of each joint; return whether every joint has one."""
     for j in range(len(box)):
@@ -164,7 +165,7 @@ def all_options(
             many[j] = 1
         else:
             mine = windows[first[j] : first[j + 1]]
-            many[j] = options(box[j, 0], box[j, 1], mine, inside_low[j], inside_high[j], ways[j])
+            many[j] = options(box[j, 0], box[j, 1], mine, inside_low[j], inside_high[j], period[j], ways[j])
         if many[j] == 0:
             return False
     return True
@@ -196,6 +197,7 @@ def slab_boxes(
     stack, t, dt = np.empty((_DEEPEST, 2)), np.empty((3, 2)), np.empty((3, 2))
     middle, radius, box = np.empty(3), np.empty(3), np.empty((n, 2))
     many, pick, ways = np.ones(n, np.int64), np.zeros(n, np.int64), np.empty((n, _OPTIONS, 3))
+    period = np.full(n, TAU)
     for p in range(len(pieces)):
         chart, sign = int(pieces[p, 0]), pieces[p, 1]
         stack[0, 0], stack[0, 1] = pieces[p, 2], pieces[p, 3]
@@ -205,7 +207,9 @@ def slab_boxes(
             depth -= 1
             start, stop = stack[depth, 0], stack[depth, 1]
             kind = joint_box(links, x, y, rho, direction, chart, sign, start, stop, middle, radius, t, dt, box)
-            if kind == DROP or not all_options(box, wraps, windows, first, inside_low[p], inside_high[p], ways, many):
+            if kind == DROP or not all_options(
+                box, wraps, windows, first, period, inside_low[p], inside_high[p], ways, many
+            ):
                 continue
             longest = 0.5 * (box[:, 1] - box[:, 0]).max()
             thin = min(_THIN * longest, once) if kind == REGULAR else min(_THINNEST * size[p], once)

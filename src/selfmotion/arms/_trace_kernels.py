@@ -50,9 +50,10 @@ def narrowed(chain: Chain, chart: Chart, middle: FloatArray, radius: FloatArray)
     beyond = 0.0
     for k in range(n):
         i = n - 1 - k
-        beyond += radius[i]
+        if i >= chain.first:
+            beyond += radius[i]
         chart.local[i] = min(chain.levers[i], chart.levers[i] + PAD + chain.levers[i] * beyond)
-    by_position, by_rotation = 0.5 * curled(chart.local, radius, radius), 0.5 * beyond * beyond
+    by_position, by_rotation = 0.5 * curled(chart.local, chain.first, radius, radius), 0.5 * beyond * beyond
     for i in range(n):
         room = (
             along * abs(chart.tangent[i]) + chart.by_position[i] * by_position + chart.by_rotation[i] * by_rotation

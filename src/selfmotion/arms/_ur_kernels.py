@@ -167,15 +167,17 @@ def target(m: Range, z: Range, d5: float, phi: Range) -> tuple[Range, Range, Ran
 
 @kernel
 def follow(
-    geometry: FloatArray, rows: FloatArray, place: FloatArray, motion: FloatArray, half: float, is_middle: bool,
-    notes: FloatArray, box: FloatArray, rate: FloatArray, state: IntArray,
+    geometry: FloatArray, spin: FloatArray, rows: FloatArray, place: FloatArray, motion: FloatArray, half: float,
+    is_middle: bool, notes: FloatArray, box: FloatArray, rate: FloatArray, state: IntArray,
 ) -> None:  # fmt: skip
-    """Do what :func:`enclose` says for frames of which rows, place and motion are known.
+    """Do what :func:`enclose` says for frames of which rows, place and motion are known, and `spin` (3,).
+
+    The latter is how fast they turn as u grows, seen from themselves.
 
     In the middle of an interval `notes` (8, 9, 2) are taken: the joints, m, φ and q2 + q3. They narrow what is found
     for all of it. A shoulder's q1, m, φ, q5 and q6 are noted with its first branch.
     """
-    a2, a3, d4, d5, tool = geometry[0], geometry[1], geometry[2], geometry[3], geometry[LENGTHS:]
+    a2, a3, d4, d5 = geometry[0], geometry[1], geometry[2], geometry[3]
     anything = (-np.inf, np.inf)
     state[:] = EMPTY
     px, py, pz = get(place, 0), get(place, 1), get(place, 2)
@@ -203,9 +205,9 @@ def follow(
         sine = put_shoulder(axes, turns[0])
         free = sine[0] <= 0.0
         if helped and not free:
-            omega_x = less(product(r1, get(rows[2], 0)), exactly(tool[6]))
-            omega_y = less(product(r1, get(rows[2], 1)), exactly(tool[7]))
-            omega_z = less(exactly(tool[8]), product(r1, get(rows[2], 2)))
+            omega_x = less(product(r1, get(rows[2], 0)), exactly(spin[0]))
+            omega_y = less(product(r1, get(rows[2], 1)), exactly(spin[1]))
+            omega_z = less(exactly(spin[2]), product(r1, get(rows[2], 2)))
             put_shoulder_rates(axes, (omega_x, omega_y, omega_z), sine, spins[0])
             put(turns[0], 0, narrowed(get(turns[0], 0), get(was, 7), get(spins[0], 0), half))
             put(turns[0], 1, narrowed(get(turns[0], 1), get(was, 4), get(spins[0], 1), half))
@@ -268,6 +270,24 @@ def follow(
 
 
 @kernel
+def size_of(geometry: FloatArray) -> float:
+    """Return how long the arm is, without its base and its tool."""
+    return geometry[0] + geometry[1] + abs(geometry[2]) + abs(geometry[3])
+
+
+@kernel
+def follow_frames(
+    geometry: FloatArray, spin: FloatArray, rows: FloatArray, place: FloatArray, motion: FloatArray, half: float,
+    box: FloatArray, rate: FloatArray, state: IntArray,
+) -> None:  # fmt: skip
+    """Do what :func:`enclose` says for frames that :func:`sight` enclosed: in the middle, then all over."""
+    notes = np.empty((8, 9, 2))
+    notes[:, :, 0], notes[:, :, 1] = -np.inf, np.inf
+    follow(geometry, spin, rows[0], place[0], motion, 0.0, True, notes, box, rate, state)
+    follow(geometry, spin, rows[1], place[1], motion, half, False, notes, box, rate, state)
+
+
+@kernel
 def enclose(
     geometry: FloatArray, rotation: FloatArray, position: FloatArray, u0: float, u1: float,
     box: FloatArray, rate: FloatArray, state: IntArray,
@@ -288,12 +308,8 @@ def enclose(
     EMPTY and MERGED ones means nothing.
     """
     rows, place, motion = np.empty((2, 3, 3, 2)), np.empty((2, 3, 2)), np.empty((3, 2))
-    notes = np.empty((8, 9, 2))
-    notes[:, :, 0], notes[:, :, 1] = -np.inf, np.inf
-    lengths = geometry[0] + geometry[1] + abs(geometry[2]) + abs(geometry[3])
-    half = sight(geometry[LENGTHS:], rotation, position, lengths, u0, u1, rows, place, motion)
-    follow(geometry, rows[0], place[0], motion, 0.0, True, notes, box, rate, state)
-    follow(geometry, rows[1], place[1], motion, half, False, notes, box, rate, state)
+    half = sight(geometry[LENGTHS:], rotation, position, size_of(geometry), u0, u1, rows, place, motion)
+    follow_frames(geometry, geometry[LENGTHS + 6 : LENGTHS + 9], rows, place, motion, half, box, rate, state)
 
 
 @kernel
@@ -307,15 +323,23 @@ def turned(
     there is certainly no such posture. With q6 given, Rz(φ) Ry(q5) says φ and q5 without a division, and the upper arm
     and forearm reach what they then must. Given any other joint, that joint is narrowed only.
     """
+    rows, place, motion = np.empty((2, 3, 3, 2)), np.empty((2, 3, 2)), np.empty((3, 2))
+    sight(geometry[LENGTHS:], rotation, position, size_of(geometry), u0, u1, rows, place, motion)
+    return turned_frames(geometry, rows[1], place[1], branch, joint, low, high, box)
+
+
+@kernel
+def turned_frames(
+    geometry: FloatArray, rows: FloatArray, place: FloatArray, branch: int, joint: int, low: float, high: float,
+    box: FloatArray,
+) -> bool:  # fmt: skip
+    """Do what :func:`turned` says for frames after joint 6 of which rows and place are known."""
     if not meet(box[joint], low, high):
         return False
     if joint != 5:
         return True
-    rows, place, motion = np.empty((2, 3, 3, 2)), np.empty((2, 3, 2)), np.empty((3, 2))
     plane, axes, planar = np.empty((2, 3, 2)), np.empty((3, 3, 2)), np.empty((2, 3, 2))
-    lengths = geometry[0] + geometry[1] + abs(geometry[2]) + abs(geometry[3])
-    sight(geometry[LENGTHS:], rotation, position, lengths, u0, u1, rows, place, motion)
-    wrist_axes(rows[1], get(box, 0), plane, axes)
+    wrist_axes(rows, get(box, 0), plane, axes)
     c, s = trigonometry(get(box, 5))
     zero = blended(c, get(axes[2], 1), s, get(axes[2], 0))
     if not holds_zero(zero):
@@ -326,7 +350,7 @@ def turned(
     if not meet(box[4], five[0], five[1]):
         return False
     c, s = trigonometry(get(box, 0))
-    px, py, pz = get(place[1], 0), get(place[1], 1), get(place[1], 2)
+    px, py, pz = get(place, 0), get(place, 1), get(place, 2)
     x, y, c, s = target(plus(product(c, px), product(s, py)), pz, geometry[3], phi)
     kind = two_links(geometry[0], exactly(geometry[1]), x, y, x, y, False, planar, planar)
     if kind == EMPTY:

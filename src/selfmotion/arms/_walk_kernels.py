@@ -207,7 +207,7 @@ def trace_from(
     """
     m, n = seeds.shape
     chart, spare, count, passed = chart_for(n), chart_for(n), plain(0), plain(0)
-    anywhere = Windows(np.ones(n, np.bool_), np.empty((0, 2)), np.zeros(n + 1, np.int64))
+    anywhere = Windows(np.ones(n, np.bool_), np.empty((0, 2)), np.zeros(n + 1, np.int64), np.full(n, TAU))
     q, way = np.empty(n), np.empty(n)
     for k in range(m):
         q[:] = seeds[k]

@@ -378,15 +378,17 @@ def home(state: IntArray, branch: int) -> int:
 
 @kernel
 def follow(
-    geometry: FloatArray, rows: FloatArray, place: FloatArray, motion: FloatArray, half: float, is_middle: bool,
-    notes: FloatArray, box: FloatArray, rate: FloatArray, state: IntArray,
+    geometry: FloatArray, spin: FloatArray, rows: FloatArray, place: FloatArray, motion: FloatArray, half: float,
+    is_middle: bool, notes: FloatArray, box: FloatArray, rate: FloatArray, state: IntArray,
 ) -> None:  # fmt: skip
-    """Do what :func:`enclose` says for frames of which rows, place and motion are known.
+    """Do what :func:`enclose` says for frames of which rows, place and motion are known, and `spin` (3,).
+
+    The latter is how fast they turn as u grows, seen from themselves.
 
     In the middle of an interval `notes` (8, 8, 2) are taken: the joints, m and q2 + q3. They narrow what is found for
     all of it. A shoulder's q1 and m are noted with its first branch.
     """
-    a1, b, c2, tool = geometry[0], geometry[2], geometry[3], geometry[LENGTHS:]
+    a1, b, c2 = geometry[0], geometry[2], geometry[3]
     fore, phi = polar(exactly(geometry[4]), exactly(geometry[1]))
     anything = (-np.inf, np.inf)
     state[:] = EMPTY
@@ -452,15 +454,33 @@ def follow(
             if folds and b == 0.0:
                 state[w] = SINGULAR
             if smooth:
-                omega_x = less(less(exactly(tool[6]), product(r1, get(rows[2], 0))), product(r23, get(plane[1], 0)))
-                omega_y = less(less(exactly(tool[7]), product(r1, get(rows[2], 1))), product(r23, get(plane[1], 1)))
-                omega_z = less(less(exactly(tool[8]), product(r1, get(rows[2], 2))), product(r23, get(plane[1], 2)))
+                omega_x = less(less(exactly(spin[0]), product(r1, get(rows[2], 0))), product(r23, get(plane[1], 0)))
+                omega_y = less(less(exactly(spin[1]), product(r1, get(rows[2], 1))), product(r23, get(plane[1], 1)))
+                omega_z = less(less(exactly(spin[2]), product(r1, get(rows[2], 2))), product(r23, get(plane[1], 2)))
                 put_shoulder_rates(axes, (omega_x, omega_y, omega_z), sine, speed[3:])
                 for j in range(3, 6):
                     put(mine, j, narrowed(get(mine, j), get(was, j), get(speed, j), half))
             state[w + 1] = state[w]
             box[w + 1, :3], rate[w + 1, :3] = mine[:3], speed[:3]
             mirror(mine[3:], speed[3:], box[w + 1, 3:], rate[w + 1, 3:])
+
+
+@kernel
+def size_of(geometry: FloatArray) -> float:
+    """Return how long the arm is, without its base and its tool."""
+    return abs(geometry[0]) + abs(geometry[1]) + abs(geometry[2]) + abs(geometry[3]) + abs(geometry[4])
+
+
+@kernel
+def follow_frames(
+    geometry: FloatArray, spin: FloatArray, rows: FloatArray, place: FloatArray, motion: FloatArray, half: float,
+    box: FloatArray, rate: FloatArray, state: IntArray,
+) -> None:  # fmt: skip
+    """Do what :func:`enclose` says for frames that :func:`sight` enclosed: in the middle, then all over."""
+    notes = np.empty((8, 8, 2))
+    notes[:, :, 0], notes[:, :, 1] = -np.inf, np.inf
+    follow(geometry, spin, rows[0], place[0], motion, 0.0, True, notes, box, rate, state)
+    follow(geometry, spin, rows[1], place[1], motion, half, False, notes, box, rate, state)
 
 
 @kernel
@@ -484,12 +504,8 @@ def enclose(
     EMPTY and MERGED ones means nothing.
     """
     rows, place, motion = np.empty((2, 3, 3, 2)), np.empty((2, 3, 2)), np.empty((3, 2))
-    notes = np.empty((8, 8, 2))
-    notes[:, :, 0], notes[:, :, 1] = -np.inf, np.inf
-    lengths = abs(geometry[0]) + abs(geometry[1]) + abs(geometry[2]) + abs(geometry[3]) + abs(geometry[4])
-    half = sight(geometry[LENGTHS:], rotation, position, lengths, u0, u1, rows, place, motion)
-    follow(geometry, rows[0], place[0], motion, 0.0, True, notes, box, rate, state)
-    follow(geometry, rows[1], place[1], motion, half, False, notes, box, rate, state)
+    half = sight(geometry[LENGTHS:], rotation, position, size_of(geometry), u0, u1, rows, place, motion)
+    follow_frames(geometry, geometry[LENGTHS + 6 : LENGTHS + 9], rows, place, motion, half, box, rate, state)
 
 
 @kernel
@@ -525,18 +541,26 @@ def turned(
     there is certainly no such posture. Where both joints are free, little is known before joint 0 is given. With q4
     given, Rz(−q4) R36 = Ry(q5) Rz(q6) says the rest without a division.
     """
-    b, c2 = geometry[2], geometry[3]
     rows, place, motion = np.empty((2, 3, 3, 2)), np.empty((2, 3, 2)), np.empty((3, 2))
+    sight(geometry[LENGTHS:], rotation, position, size_of(geometry), u0, u1, rows, place, motion)
+    return turned_frames(geometry, rows[1], place[1], branch, joint, low, high, box)
+
+
+@kernel
+def turned_frames(
+    geometry: FloatArray, rows: FloatArray, place: FloatArray, branch: int, joint: int, low: float, high: float,
+    box: FloatArray,
+) -> bool:  # fmt: skip
+    """Do what :func:`turned` says for frames after joint 6 of which rows and place are known."""
+    b, c2 = geometry[2], geometry[3]
     plane, axes, found = np.empty((2, 3, 2)), np.empty((3, 3, 2)), np.empty((3, 2))
-    lengths = abs(geometry[0]) + abs(geometry[1]) + abs(geometry[2]) + abs(geometry[3]) + abs(geometry[4])
-    sight(geometry[LENGTHS:], rotation, position, lengths, u0, u1, rows, place, motion)
     if not meet(box[joint], low, high):
         return False
     if joint == 0:
         fore, phi = polar(exactly(geometry[4]), exactly(geometry[1]))
         planar = np.empty((2, 3, 2))
         c, s = trigonometry(get(box, 0))
-        px, py, pz = get(place[1], 0), get(place[1], 1), get(place[1], 2)
+        px, py, pz = get(place, 0), get(place, 1), get(place, 2)
         m, beside = plus(product(c, px), product(s, py)), less(product(c, py), product(s, px))
         if not holds_zero(less(beside, exactly(b))):
             return False
@@ -552,8 +576,8 @@ def turned(
         bend = less(get(planar[elbow], 1), phi)
         if not (meet(box[1], planar[elbow, 0, 0], planar[elbow, 0, 1]) and meet(box[2], bend[0], bend[1])):
             return False
-    level(rows[1], get(box, 0), plane)
-    wrist_axes(rows[1], plane, plus(get(box, 1), get(box, 2)), axes)
+    level(rows, get(box, 0), plane)
+    wrist_axes(rows, plane, plus(get(box, 1), get(box, 2)), axes)
     if joint == 0:
         side, sine = side_of(get(box, 4)), put_shoulder(axes, found)
         if side == 0:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import numpy as np
 
 from selfmotion._checks import choice, finite_array
-from selfmotion._types import FileName, FloatArray, Limits, ToolFrame
+from selfmotion._types import FileName, FloatArray, Limits, Rail, ToolFrame
 from selfmotion.arms.chain import Chain
 from selfmotion.arms.limits import JointLimits
 from selfmotion.arms.protocols import RedundantArm
@@ -23,6 +23,7 @@ from selfmotion.rotations import from_rotation_matrix, from_rpy, matrix, unit_qu
 
 if TYPE_CHECKING:
     from selfmotion.arms.locked import LockedArm
+    from selfmotion.arms.rail import RailArm
     from selfmotion.arms.spatial import SpatialArm
 
 _POSE = 6  # joints that a pose takes; without its roll one of them is redundant
@@ -102,7 +103,7 @@ def _of_kind(kind: str) -> Callable[[F], F]:
 
 
 @_of_kind("named")
-def named_arm(name: str, tool: ToolFrame = None, limits: Limits = None) -> RedundantArm:
+def named_arm(name: str, tool: ToolFrame = None, limits: Limits = None, rail: Rail = None) -> RedundantArm:
     """An arm of the catalogue, which ``selfmotion arms`` lists.
 
     Parameters
@@ -115,6 +116,10 @@ def named_arm(name: str, tool: ToolFrame = None, limits: Limits = None) -> Redun
         ``rpy`` (roll, pitch, yaw about the fixed x-, y-, z-axis [rad]).
     limits : sequence, optional
         Per joint ``None`` (free) or ``(lower, upper)`` [rad], instead of the catalogue's.
+    rail : mapping, optional
+        What the base of an arm with six joints slides on, the tool keeping its whole pose: ``axis``, its direction in
+        the base's frame, and ``limits``, from where to where [m]. It becomes joint 1; its weight in objectives is in
+        rad/m: how many radians of other joints a metre is worth, 1 by default.
 
     Returns
     -------
@@ -124,16 +129,18 @@ def named_arm(name: str, tool: ToolFrame = None, limits: Limits = None) -> Redun
     Raises
     ------
     InvalidInputError
-        If the name is not known, the tool is no frame, limits do not fit, or the arm has no redundant joint.
+        If the name is not known, the tool is no frame, limits do not fit, the arm has no redundant joint, or the rail
+        has no direction or no ends, or an arm on it that has not six joints.
     """
     entry = CATALOGUE[choice("name", name, CATALOGUE)]
-    return _planned("name", _equipped(entry.chain(), tool, limits))
+    return _planned("name", _equipped(entry.chain(), tool, limits, rail))
 
 
 @_of_kind("urdf")
 def urdf_arm(
-    file: FileName, base: str | None = None, tip: str | None = None, tool: ToolFrame = None, limits: Limits = None
-) -> RedundantArm:
+    file: FileName, base: str | None = None, tip: str | None = None, tool: ToolFrame = None, limits: Limits = None,
+    rail: Rail = None,
+) -> RedundantArm:  # fmt: skip
     """An arm from a URDF file: the joints between two of its links.
 
     Parameters
@@ -146,7 +153,11 @@ def urdf_arm(
         The tool's frame in the tip's: ``translation`` [m] and one of ``quaternion`` (w, x, y, z), ``matrix`` and
         ``rpy`` (roll, pitch, yaw about the fixed x-, y-, z-axis [rad]).
     limits : sequence, optional
-        Per joint ``None`` (free) or ``(lower, upper)`` [rad], instead of the file's.
+        Per joint ``None`` (free) or ``(lower, upper)`` [rad], instead of the file's; [m] for a joint that slides.
+    rail : mapping, optional
+        What the base of an arm with six joints slides on, the tool keeping its whole pose: ``axis``, its direction in
+        the base's frame, and ``limits``, from where to where [m]. It becomes joint 1; its weight in objectives is in
+        rad/m: how many radians of other joints a metre is worth, 1 by default.
 
     Returns
     -------
@@ -156,8 +167,8 @@ def urdf_arm(
     Raises
     ------
     InvalidInputError
-        If the file cannot be read or is no such robot, the tool is no frame, limits do not fit, or nothing solves
-        the joints.
+        If the file cannot be read or is no such robot, the tool is no frame, limits do not fit, nothing solves the
+        joints, or the rail has no direction or no ends, or an arm on it that has not six joints.
     """
     try:
         chain = load_chain(file, base, tip)
@@ -167,7 +178,7 @@ def urdf_arm(
         # The source of what is wrong further out is the problem file.
         where = ", ".join(part for part in (os.fspath(file), error.field) if part)
         raise InvalidInputError("file", f"{where}: {error.reason}", error.remedy, error.value) from None
-    return _planned("file", _equipped(chain, tool, limits))
+    return _planned("file", _equipped(chain, tool, limits, rail))
 
 
 class Solved(NamedTuple):
@@ -218,8 +229,8 @@ def _solved(chain: Chain) -> Solved:
 def _planned(field: str, chain: Chain) -> SpatialArm | LockedArm:
     """Return the arm that moves a chain: the one place that knows which chains can be planned for.
 
-    With six joints the tool may turn freely about its z-axis; with seven it keeps its pose. Seven that are of no family
-    of ours are left to EAIK.
+    With six joints the tool may turn freely about its z-axis; with seven it keeps its pose. The first of seven may be a
+    rail. Seven that turn and are of no family of ours are left to EAIK.
     """
     if chain.n < _POSE:
         raise InvalidInputError(
@@ -228,10 +239,7 @@ def _planned(field: str, chain: Chain) -> SpatialArm | LockedArm:
             "give an arm with six joints, whose tool may then roll, or with seven",
         )
     if chain.prismatic.any():
-        names = ", ".join(name for name, slides in zip(chain.names, chain.prismatic, strict=True) if slides)
-        raise InvalidInputError(
-            field, f"has joints that slide: {names}", "give an arm whose joints all turn, or another base or tip"
-        )
+        return _on_rail(field, chain)
     from selfmotion.arms.locked import LockedArm
     from selfmotion.arms.roll import RollArm  # compiled kernels, which planar arms do without
     from selfmotion.arms.spatial import SpatialArm
@@ -248,14 +256,55 @@ def _planned(field: str, chain: Chain) -> SpatialArm | LockedArm:
         raise InvalidInputError(field, error.reason, f"{error.remedy}, or {known.remedy}") from None
 
 
-def _equipped(chain: Chain, tool: Any, limits: Limits) -> Chain:
-    """Return a chain with a tool at its tip, and with other limits."""
+def _on_rail(field: str, chain: Chain) -> RailArm:
+    """Return the arm that moves a chain with a joint that slides, if that is a rail under six axes."""
+    from selfmotion.arms.rail import RailArm
+    from selfmotion.arms.rail_forms import rail_form_of
+
+    if rail_form_of(chain) is None:
+        names = ", ".join(name for name, slides in zip(chain.names, chain.prismatic, strict=True) if slides)
+        raise InvalidInputError(
+            field, f"has joints that slide: {names}",
+            "give an arm whose joints all turn, or a rail before six joints with a spherical wrist or like Universal "
+            "Robots', or another base or tip",
+        )  # fmt: skip
+    try:
+        return RailArm(chain)
+    except InvalidInputError as error:
+        raise InvalidInputError(field, error.reason, error.remedy, error.value) from None
+
+
+def _equipped(chain: Chain, tool: Any, limits: Limits, rail: Any) -> Chain:
+    """Return a chain with a tool at its tip, with other limits, and on a rail."""
     if tool is not None:
         chain = chain.with_tool(_transform("tool", tool))
-    if limits is None:
-        return chain
-    given = JointLimits(limits, chain.n)
-    return Chain(chain.names, chain.offsets, given, chain.prismatic, chain.velocity, chain.base, chain.tip)
+    if limits is not None:
+        given = JointLimits(limits, chain.n, chain.prismatic)
+        chain = Chain(chain.names, chain.offsets, given, chain.prismatic, chain.velocity, chain.base, chain.tip)
+    return chain if rail is None else _railed(chain, rail)
+
+
+def _railed(chain: Chain, rail: Any) -> Chain:
+    """Return a chain on the rail that a mapping describes."""
+    remedy = "write {axis: [0, 1, 0], limits: [-1.0, 1.0]}"
+    if not isinstance(rail, Mapping):
+        raise InvalidInputError("rail", "is not a mapping", remedy, rail)
+    for key in rail:
+        if key not in ("axis", "limits"):
+            raise InvalidInputError(f"rail.{key}", "is not a known field", remedy)
+    for key in ("axis", "limits"):
+        if rail.get(key) is None:
+            raise InvalidInputError(f"rail.{key}", "is missing", remedy)
+    if chain.n != _POSE:
+        raise InvalidInputError(
+            "rail", f"is under an arm with {chain.n} joints, which would be two redundant degrees or none",
+            "give an arm with six joints, or no rail",
+        )  # fmt: skip
+    name = next(name for name in ("rail", *(f"rail_{k}" for k in range(chain.n + 1))) if name not in chain.names)
+    try:
+        return chain.on_rail(rail["axis"], rail["limits"], name)
+    except InvalidInputError as error:
+        raise error.inside("rail") from None
 
 
 def _transform(field: str, value: Any) -> FloatArray:

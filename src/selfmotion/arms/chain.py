@@ -74,9 +74,11 @@ class Chain:
             _check_rigid(f"offsets.{j}", offset)
         self.offsets = read_only(given)
         self.prismatic = _checked_kinds(prismatic, self.n)
-        self.limits = limits if isinstance(limits, JointLimits) else JointLimits(limits, self.n)
+        self.limits = limits if isinstance(limits, JointLimits) else JointLimits(limits, self.n, self.prismatic)
         if len(self.limits.lower) != self.n:
             raise InvalidInputError("limits", f"is for {len(self.limits.lower)} joints", f"give {self.n}")
+        if (self.limits.slides != self.prismatic).any():
+            self.limits = JointLimits(self.limits.as_list(), self.n, self.prismatic)
         self.velocity = _checked_speeds(velocity, self.n)
         self.base, self.tip = base, tip
 
@@ -131,6 +133,40 @@ class Chain:
         _check_rigid("transform", tool)
         offsets = np.concatenate([self.offsets[:-1], self.offsets[-1:] @ tool])
         return self._with(offsets, np.arange(self.n))
+
+    def on_rail(self, axis: ArrayLike, limits: ArrayLike, name: str = "rail") -> Chain:
+        """Return the chain with its base on a rail: a prismatic joint before all others.
+
+        Parameters
+        ----------
+        axis : array_like, shape (3,)
+            Direction of the rail in the frame of the base; of any length, not zero.
+        limits : array_like, shape (2,)
+            Between which positions the base slides [m]; at 0 it is where it was.
+        name : str
+            Of the joint.
+
+        Returns
+        -------
+        Chain
+            With n + 1 joints; its base is the rail's, which has the frame that the arm's base has at 0.
+
+        Raises
+        ------
+        InvalidInputError
+            If the axis is zero, or the limits are not two numbers in ascending order.
+        """
+        along, ends = finite_array("axis", axis, 1, 3), finite_array("limits", limits, 1, 2)
+        if not along.any():
+            raise InvalidInputError("axis", "is zero", "give the direction of the rail")
+        if ends[0] > ends[1]:
+            raise InvalidInputError("limits", "is reversed", "write the lower limit first", ends.tolist())
+        turn = _from_z(along)
+        offsets = np.concatenate([turn[None], [turn.T @ self.offsets[0]], self.offsets[1:]])
+        return Chain(
+            [name, *self.names], offsets, [ends.tolist(), *self.limits.as_list()], np.append(True, self.prismatic),
+            np.append(np.inf, self.velocity), self.base, self.tip,
+        )  # fmt: skip
 
     def locked(self, joint_index: int, value: float) -> Chain:
         """Return the chain with one joint held still and no longer counted.

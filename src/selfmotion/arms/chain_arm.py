@@ -73,8 +73,15 @@ class ChainArm(ABC):
         turns = np.ascontiguousarray(offsets[:, :3, :3])
         shifts = np.ascontiguousarray(offsets[:, :3, 3])
         lengths = np.linalg.norm(shifts[1:], axis=1)
+        slides = self.limits.slides
+        lengths[slides] += np.maximum(np.abs(self.limits.lower), np.abs(self.limits.upper))[slides]
         levers = np.cumsum(lengths[::-1])[::-1].copy()
-        return _curve_kernels.Chain(turns, shifts, levers)
+        return _curve_kernels.Chain(turns, shifts, levers, int(slides.sum()))
+
+    @property
+    def _fixed(self) -> tuple[FloatArray, FloatArray, int]:
+        """Turns and shifts between the joints, and the first joint that turns."""
+        return self.kernel.turns, self.kernel.shifts, self.kernel.first
 
     @property
     def reach(self) -> float:
@@ -100,7 +107,7 @@ class ChainArm(ABC):
     def _frames(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         rotation, position = np.empty((len(q), 3, 3)), np.empty((len(q), 3))
         moved = np.ascontiguousarray(q + self.shift)
-        _chain_kernels.forward_all(self.kernel.turns, self.kernel.shifts, moved, rotation, position)
+        _chain_kernels.forward_all(*self._fixed, moved, rotation, position)
         return rotation, position
 
     def joint_positions(self, q: ArrayLike) -> FloatArray:
@@ -110,7 +117,7 @@ class ChainArm(ABC):
         found = np.empty((len(flat), self.n + 1, 3))
         axes, centers, rotation, position = np.empty((self.n, 3)), np.empty((self.n, 3)), np.empty((3, 3)), np.empty(3)
         for k, posture in enumerate(flat):
-            _chain_kernels.frames(self.kernel.turns, self.kernel.shifts, posture, axes, centers, rotation, position)
+            _chain_kernels.frames(*self._fixed, posture, axes, centers, rotation, position)
             found[k, :-1], found[k, -1] = centers, position
         return found.reshape(*joints.shape[:-1], self.n + 1, 3)
 
@@ -119,7 +126,7 @@ class ChainArm(ABC):
         joints = self._joints(q)
         flat = np.ascontiguousarray(joints.reshape(-1, self.n) + self.shift)
         found = np.empty((len(flat), _TASKS, self.n))
-        _chain_kernels.jacobian_all(self.kernel.turns, self.kernel.shifts, flat, found)
+        _chain_kernels.jacobian_all(*self._fixed, flat, found)
         return found.reshape(*joints.shape[:-1], _TASKS, self.n)
 
     def jacobian_rate(self, q: ArrayLike, dq: ArrayLike) -> FloatArray:
@@ -131,7 +138,7 @@ class ChainArm(ABC):
         flat = np.ascontiguousarray(joints.reshape(-1, self.n) + self.shift)
         found = np.empty((len(flat), _TASKS, self.n))
         moved = np.ascontiguousarray(rates.reshape(-1, self.n))
-        _chain_kernels.jacobian_rate_all(self.kernel.turns, self.kernel.shifts, flat, moved, found)
+        _chain_kernels.jacobian_rate_all(*self._fixed, flat, moved, found)
         return found.reshape(*joints.shape[:-1], _TASKS, self.n)
 
     def task_rate(self, x: ArrayLike, dx: ArrayLike) -> FloatArray:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from selfmotion._types import FloatArray
-from selfmotion.angles import TAU
 from selfmotion.arms import _trace_kernels as kernels
 from selfmotion.arms._cell_kernels import Found, Windows
 from selfmotion.arms.cells import Cells
@@ -19,7 +18,8 @@ if TYPE_CHECKING:
     from selfmotion.arms.spatial import SpatialArm
 
 _OVERRUN = 1e-9  # of limits, which verification allows [rad]
-_PIECES = 8  # of the parameter's range, to begin with
+_PIECES = 8  # of the parameter's range, to begin with …
+_LONGEST = 1.0  # … more of it where they would be longer [rad, m]
 _NARROWEST = 1e-6  # a box this narrow that is still not understood becomes a cell as it is [rad]
 _KEY = np.array([0.7548776662466927, 0.5698402909980532, 0.4301597090019468, 0.3247179572447460])
 
@@ -44,7 +44,8 @@ class CurveCells:
         self._shift = arm.shift
         for j, mine in enumerate(windows):  # kernels count joints as the closed form does
             ends[first[j] : first[j] + len(mine)] += self._shift[j]
-        self.windows = Windows(self.wraps, ends, first)
+        # A copy: arrays that may not be written to are of another type, for which kernels would be compiled again.
+        self.windows = Windows(self.wraps, ends, first, arm.limits.period.copy())
         self._key = np.resize(_KEY, arm.n) * (1.0 + 0.1 * np.arange(arm.n))
 
     def split(self, x: FloatArray, cells: Cells, spacing: FloatArray) -> Cells:
@@ -65,7 +66,7 @@ class CurveCells:
         """Return cells that are postures q (m, n) alone; if `turned`, in every turn that the limits allow."""
         found = [tuple(posture) for posture in q]
         if turned:
-            moved = [turned_postures(p + self._shift, self.wraps, self.windows.ends, self.windows.first) for p in q]
+            moved = [turned_postures(p + self._shift, *self.windows) for p in q]
             found = [tuple(np.array(turn) - self._shift) for turns in moved for turn in turns]
         a = np.array(found, float).reshape(-1, self.n)
         pieces = np.column_stack([-np.ones(len(a)), np.ones(len(a)), np.zeros((len(a), 2))])
@@ -120,7 +121,7 @@ class CurveCover(CurveCells):
         super().__init__(arm, branch)
         self.arm = arm
         low, high = arm.parameter_range
-        self._edges = np.linspace(low, high, _PIECES + 1)
+        self._edges = np.linspace(low, high, max(_PIECES, int(np.ceil((high - low) / _LONGEST))) + 1)
 
     def cells(self, x: FloatArray, spacing: float) -> Cells:
         """Return cells that hold every feasible posture at x."""
@@ -149,7 +150,7 @@ def _windows(arm: ChainArm, branch: str, joint: int) -> list[tuple[float, float]
     One with two whole turns or more counts as that too: whatever motion is shorter than a turn fits somewhere.
     """
     low, high = float(arm.limits.lower[joint]), float(arm.limits.upper[joint])
-    if not (np.isfinite(low) and np.isfinite(high)) or high - low >= 2 * TAU - _OVERRUN:
+    if not (np.isfinite(low) and np.isfinite(high)) or high - low >= 2 * arm.limits.period[joint] - _OVERRUN:
         return []
     found = sorted({(float(box.lower[joint]), float(box.upper[joint])) for box in arm.boxes(branch)})
     merged: list[tuple[float, float]] = []

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from selfmotion.arms.spatial import SpatialArm
     from selfmotion.paths import Path
 
-_PIECES = 16  # of the parameter's range, to begin with
+_PIECES = 16  # of the parameter's range, to begin with …
+_LONGEST = 0.5  # … more of it where they would be longer [rad, m]
 _THICK = 0.01  # turn of the tool, and way by the reach, in a slab
 _SLABS = (16, 512)  # at least and at most
 _NARROWEST = 1e-7  # of pieces [rad]
@@ -50,11 +51,13 @@ class CurveSlabs:
 
     def boxes(self, low: float, high: float, size: float) -> Boxes:
         """Return boxes that hold every feasible posture at every r in [low, high]; see :class:`SlabCover`."""
-        edges = np.linspace(*self.arm.parameter_range, _PIECES + 1)
+        first, last = self.arm.parameter_range
+        count = max(_PIECES, int(np.ceil((last - first) / _LONGEST)))
+        edges = np.linspace(first, last, count + 1)
         whole = np.array([float((1 << BRANCHES) - 1), -np.pi, np.pi, -np.pi, np.pi])
-        pieces = np.column_stack([edges[:-1], edges[1:], np.tile(whole, (_PIECES, 1))])
-        anywhere = np.full((_PIECES, self.n), np.inf)
-        return self._boxes(low, high, pieces, -anywhere, anywhere, np.full(_PIECES, size))
+        pieces = np.column_stack([edges[:-1], edges[1:], np.tile(whole, (count, 1))])
+        anywhere = np.full((count, self.n), np.inf)
+        return self._boxes(low, high, pieces, -anywhere, anywhere, np.full(count, size))
 
     def split(self, low: float, high: float, boxes: Boxes, size: FloatArray) -> Boxes:
         """Return boxes that hold every posture of `boxes` at every r in [low, high]; see :class:`SlabCover`."""

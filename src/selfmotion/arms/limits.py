@@ -1,4 +1,7 @@
-"""Joint limits and winding: a limited joint's angle is a real number, a free joint's an angle modulo 2π."""
+"""Joint limits and winding: a limited joint's angle is a real number, a free joint's an angle modulo 2π.
+
+A joint that slides has a position, not an angle: it is never turned.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from selfmotion._checks import contains_text, number, read_only
 from selfmotion._types import BoolArray, FloatArray, IntArray, Limits
-from selfmotion.angles import TAU, nearest_turn, unwrap, wrap
+from selfmotion.angles import NEVER, TAU, nearest_turn, unwrap, wrap
 from selfmotion.errors import InvalidInputError
 
 
@@ -44,6 +47,13 @@ class JointLimits:
         than 2π: the multiple of 2π is part of the joint's state and never wrapped away.
     n : int
         Number of joints.
+    slides : array of bool, shape (n,), optional
+        Which joints slide; none by default. Their limits are lengths [m].
+
+    Attributes
+    ----------
+    period : array, shape (n,)
+        After which a joint's positions are the same again: 2π, or never, see :data:`~selfmotion.angles.NEVER`.
 
     Raises
     ------
@@ -51,7 +61,7 @@ class JointLimits:
         If the number is wrong, or a pair is reversed or not made of numbers.
     """
 
-    def __init__(self, limits: Limits, n: int) -> None:
+    def __init__(self, limits: Limits, n: int, slides: BoolArray | None = None) -> None:
         given = [None] * n if limits is None else limits
         if isinstance(given, str) or not hasattr(given, "__len__") or len(given) != n:
             raise InvalidInputError("limits", f"needs one entry per joint, {n}", "write null for a free joint", limits)
@@ -69,6 +79,9 @@ class JointLimits:
                 raise InvalidInputError(field, "is reversed", "write the lower limit first", pair)
         self.lower = read_only(lower)
         self.upper = read_only(upper)
+        self.slides = np.zeros(n, bool) if slides is None else np.array(slides, dtype=bool)
+        self.slides.flags.writeable = False
+        self.period = read_only(np.where(self.slides, NEVER, TAU))
 
     def __repr__(self) -> str:
         return f"JointLimits({self.as_list()})"
@@ -79,6 +92,16 @@ class JointLimits:
             [float(v) if np.isfinite(v) else None for v in pair] for pair in zip(self.lower, self.upper, strict=True)
         ]
         return [None if pair == [None, None] else pair for pair in ends]
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each joint: ``"rad"``, or ``"m"`` of one that slides."""
+        return tuple("m" if slides else "rad" for slides in self.slides)
+
+    @property
+    def unit(self) -> str:
+        """The unit of what is said of all joints together, such as the largest step of any."""
+        return " or ".join(dict.fromkeys(reversed(self.units)))
 
     @property
     def limited(self) -> BoolArray:
@@ -102,11 +125,11 @@ class JointLimits:
 
     def steps(self, q: FloatArray, to: FloatArray) -> FloatArray:
         """Return the joint steps from `q` to `to`, shape (..., n): real for limited joints, modulo 2π for free ones."""
-        return np.where(self.limited, to - q, wrap(to - q))
+        return np.where(self.limited, to - q, wrap(to - q, self.period))
 
     def continuous(self, q: FloatArray) -> FloatArray:
         """Return sampled postures (k, n) with free joints made continuous; limited ones stay as they stand."""
-        return np.where(self.limited, q, np.unwrap(q, axis=0))
+        return np.where(self.limited | self.slides, q, np.unwrap(q, axis=0))
 
     def excess(self, q: ArrayLike) -> FloatArray:
         """Return by how much each joint misses its limits when whole turns are free.
@@ -124,7 +147,7 @@ class JointLimits:
         both = np.isfinite(self.lower) & np.isfinite(self.upper)
         lower, upper = np.where(both, self.lower, -np.inf), np.where(both, self.upper, np.inf)
         middle = 0.5 * (np.where(both, self.lower, 0.0) + np.where(both, self.upper, 0.0))
-        near = nearest_turn(angles, middle)
+        near = nearest_turn(angles, middle, self.period)
         return np.maximum(np.maximum(lower - near, near - upper), 0.0)
 
     def lift(self, q: FloatArray, start: ArrayLike | None = None) -> Lifted:
@@ -143,26 +166,27 @@ class JointLimits:
         -------
         Lifted
         """
-        unwrap(q)
+        unwrap(q, self.period)
         limited = np.flatnonzero(self.limited)
         turns, excess = np.zeros((len(q), q.shape[2])), np.zeros((len(q), q.shape[2]))
         low, high = q[..., limited].min(axis=1), q[..., limited].max(axis=1)
         if start is not None:
-            turns = np.rint((np.asarray(start, dtype=float) - q[:, 0]) / TAU)
+            turns = np.rint((np.asarray(start, dtype=float) - q[:, 0]) / self.period)
         else:
             turns[:, limited] = self._turns(low, high, limited)
         if turns.any():
-            q += TAU * turns[:, None, :]
-            low += TAU * turns[:, limited]
-            high += TAU * turns[:, limited]
+            turned = self.period * turns
+            q += turned[:, None, :]
+            low += turned[:, limited]
+            high += turned[:, limited]
         below, above = self.lower[limited] - low, high - self.upper[limited]
         excess[:, limited] = np.maximum(below, 0.0) + np.maximum(above, 0.0)
         return Lifted(q, excess)
 
     def _turns(self, low: FloatArray, high: FloatArray, joints: IntArray) -> FloatArray:
         """Return the fewest whole turns that bring the extents [low, high] of `joints` best inside their limits."""
-        lower, upper = self.lower[joints], self.upper[joints]
-        least, most = np.ceil((lower - low) / TAU), np.floor((upper - high) / TAU)
+        lower, upper, period = self.lower[joints], self.upper[joints], self.period[joints]
+        least, most = np.ceil((lower - low) / period), np.floor((upper - high) / period)
         with np.errstate(invalid="ignore"):
-            centred = np.rint((lower + upper - low - high) / (2 * TAU))
+            centred = np.rint((lower + upper - low - high) / (2 * period))
         return np.where(least <= most, np.clip(0.0, least, most), centred)

@@ -43,6 +43,7 @@ class PlanarCover:
         windows = [_windows(arm, elbow, j) for j in range(arm.n)]
         self.wraps = np.array([not mine for mine in windows])
         self.first = np.cumsum([0, *(len(w) for w in windows)])
+        self._period = arm.limits.period
         flat = [pair for w in windows for pair in w]
         self.windows = np.array(flat, float).reshape(-1, 2) + np.array([-_OVERRUN, _OVERRUN])
         edges = np.linspace(-np.pi, np.pi, _ROOTS + 1)
@@ -61,7 +62,7 @@ class PlanarCover:
         """Return cells that are postures q (m, n) alone; if `turned`, in every turn that the limits allow."""
         found = [tuple(posture) for posture in q]
         if turned:
-            found = [turn for p in q for turn in turned_postures(p, self.wraps, self.windows, self.first)]
+            found = [turn for p in q for turn in turned_postures(p, self.wraps, self.windows, self.first, self._period)]
         a = np.array(found, float).reshape(-1, self.n)
         pieces = np.full((len(a), 4), -1.0)
         return Cells(a, a.copy(), np.full(a.shape, _OVERRUN), pieces, np.zeros(len(a), np.int64))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 from numpy.typing import ArrayLike
 
 from selfmotion._types import BoolArray, FloatArray, IntArray
+from selfmotion.angles import TAU, wrap
 from selfmotion.arms.cells import Cover
 from selfmotion.arms.limits import JointBox, JointLimits
 from selfmotion.arms.slabs import SlabCover
@@ -133,6 +134,16 @@ class SelfMotion(Protocol):
     def free_joint(self, pose: Any) -> FreeJoint | None:
         """Return the postures at which a joint is free, for one pose where a singular separator vanishes."""
         ...
+
+
+def u_period(arm: RedundantArm) -> float:
+    """Return after which an arm's redundancy parameters are the same again: a full turn, unless it says otherwise."""
+    return float(getattr(arm, "u_period", TAU))
+
+
+def u_steps(arm: RedundantArm, u: FloatArray, to: FloatArray) -> FloatArray:
+    """Return the steps from redundancy parameters to others, the short way round where these are angles."""
+    return wrap(to - u, u_period(arm))
 
 
 @runtime_checkable

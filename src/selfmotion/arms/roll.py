@@ -5,22 +5,19 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from selfmotion._checks import branch_index
-from selfmotion._types import BoolArray, FloatArray
+from selfmotion._types import FloatArray
 from selfmotion.arms import _curve_kernels
 from selfmotion.arms.cells import Cover
 from selfmotion.arms.chain_arm import ChainArm
-from selfmotion.arms.limits import JointBox
 from selfmotion.arms.roll_forms import ROLL_FAMILIES, roll_form_of
-from selfmotion.arms.spatial import SpatialArm
+from selfmotion.arms.six_axes import SixAxisArm
 from selfmotion.arms.straight_cover import StraightCover, is_straight
-from selfmotion.errors import InvalidInputError
 from selfmotion.rotations import matrix
 
 _DOWN = np.array([0.0, 0.0, -1.0])
 
 
-class RollArm(SpatialArm):
+class RollArm(SixAxisArm):
     """An arm with six revolute joints whose tool keeps a position and the direction of its z-axis.
 
     Parameters
@@ -46,6 +43,7 @@ class RollArm(SpatialArm):
     """
 
     turning = 2
+    what = "an arm whose tool rolls"
     families = ROLL_FAMILIES
     recognised = staticmethod(roll_form_of)
 
@@ -53,11 +51,9 @@ class RollArm(SpatialArm):
         """Return a pose (7,) as the kernels want it."""
         return _curve_kernels.Task(_reference(_axis(x)), np.ascontiguousarray(x[:3]), self.turning)
 
-    def _root(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the frames from which rolls are counted at poses (..., 7), in the closed form's base."""
-        base = self.closed_form.base
-        rotation = base[:3, :3].T @ _reference(_axis(x))
-        return np.ascontiguousarray(rotation), np.ascontiguousarray((x[..., :3] - base[:3, 3]) @ base[:3, :3])
+    def _frame(self, x: FloatArray) -> FloatArray:
+        """Return the frames from which rolls are counted at poses (..., 7)."""
+        return _reference(_axis(x))
 
     def shortfall(self, x: ArrayLike) -> FloatArray:
         """Return how far tool positions are out of reach, whatever direction and joints, shape (...) [m]."""
@@ -120,26 +116,6 @@ class RollArm(SpatialArm):
     def _tool_axis(self, q: ArrayLike) -> FloatArray:
         joints = self._joints(q)
         return self._frames(joints.reshape(-1, self.n))[0][:, :, 2].reshape(*joints.shape[:-1], 3)
-
-    def is_on_branch(self, q: ArrayLike, branch: int | str, tolerance: float) -> BoolArray:
-        """Return whether postures (..., n) are on a branch, or within `tolerance` of its fold along the self-motion."""
-        joints, index = self._joints(q), branch_index(self.branches, branch)
-        along = tolerance * np.linalg.svd(self.jacobian(joints))[2][..., -1, :]
-        return np.asarray(np.any([self.branch_of(joints + s * along) == index for s in (-1.0, 0.0, 1.0)], axis=0))
-
-    def boxes(self, elbow: str = "any", around: ArrayLike | None = None) -> list[JointBox]:
-        """Return the joint limits.
-
-        Raises
-        ------
-        InvalidInputError
-            If one branch is asked for: signs that are no joint's alone tell them apart, so no box holds just one.
-        """
-        if elbow != "any":
-            raise InvalidInputError(
-                "branch", "cannot be asked of an arm whose tool rolls", "leave it out, or give a start posture", elbow
-            )
-        return super().boxes("any", around)
 
 
 def _axis(pose: FloatArray) -> FloatArray:

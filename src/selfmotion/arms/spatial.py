@@ -16,7 +16,7 @@ from selfmotion.arms import _family_kernels
 from selfmotion.arms.cells import Cover
 from selfmotion.arms.chain import Chain
 from selfmotion.arms.chain_arm import ChainArm
-from selfmotion.arms.closed_forms import FAMILIES, ClosedForm, closed_form_of, shortfall
+from selfmotion.arms.closed_forms import FAMILIES, ClosedForm, Family, closed_form_of, shortfall
 from selfmotion.arms.curve_cover import CurveCover
 from selfmotion.arms.curve_self_motion import CurveSelfMotion
 from selfmotion.arms.curve_slabs import CurveSlabs
@@ -61,7 +61,7 @@ class SpatialArm(ChainArm):
     chain's base frame. Formulas: docs/mathematics.
     """
 
-    families = FAMILIES
+    families: tuple[Family, ...] = FAMILIES
     recognised = staticmethod(closed_form_of)
 
     def __init__(self, chain: Chain) -> None:
@@ -143,7 +143,7 @@ class SpatialArm(ChainArm):
         q, ok = np.full((len(position), self.n), np.nan), np.zeros(len(position), bool)
         at = np.ascontiguousarray(np.broadcast_to(parameter, shape).reshape(-1))
         _family_kernels.solve_all(self.closed.solve, self.geometry, rotation, position, at, index, q, ok)
-        return wrap(q - self.shift).reshape(*shape, self.n), ok.reshape(shape)
+        return wrap(q - self.shift, self.limits.period).reshape(*shape, self.n), ok.reshape(shape)
 
     def _parameter_gradient(self, q: FloatArray) -> FloatArray:
         """Return ∂u/∂q, shape (..., n)."""
@@ -172,7 +172,7 @@ class SpatialArm(ChainArm):
     def branch_of(self, q: ArrayLike) -> IntArray:
         """Return the branch index of postures (..., n), shape (...)."""
         moved = self._joints(q) + self.shift
-        flat = np.ascontiguousarray(wrap(moved.reshape(-1, self.n)))
+        flat = np.ascontiguousarray(wrap(moved.reshape(-1, self.n), self.limits.period))
         found = np.empty(len(flat), np.int64)
         _family_kernels.branch_all(self.closed.branch_of, self.geometry, flat, found)
         return found.reshape(moved.shape[:-1])

@@ -163,8 +163,9 @@ def _deaths(problem: Problem, cover: SlabCover, deadline: float) -> tuple[Death,
 def _undecided(problem: Problem, stopped: str) -> UndecidedError:
     """Return the error that says why the proof was not completed."""
     if leads_on(with_arm(problem, problem.arm.relaxed(_SLACK))):
+        wider = f"{_SLACK:g} {problem.arm.limits.unit}"
         return UndecidedError(
-            f"no motion was found; with limits wider by {_SLACK:g} rad there is one, which rounding cannot tell apart",
+            f"no motion was found; with limits wider by {wider} there is one, which rounding cannot tell apart",
             "widen the limits a little, or move the path",
             "tangency",
         )

@@ -13,6 +13,7 @@ from selfmotion.angles import wrap
 from selfmotion.arms import RedundantArm
 from selfmotion.certificate.chains import Ends
 from selfmotion.domain.fibre import Fibre, fibres
+from selfmotion.paths.base import PLANE
 from selfmotion.problem import Posture, Problem
 
 # A posture this near to an interval of the self-motion is on it [rad].
@@ -71,6 +72,8 @@ def ends(problem: Problem, name: Literal["start", "end"]) -> Ends:
     if posture.q is not None:
         return Ends(posture.q[None], _SAME_POSTURE, ~(np.isfinite(limits.lower) & np.isfinite(limits.upper)))
     x = problem.path(0.0 if name == "start" else 1.0)
+    if len(x) > PLANE:  # which postures u stands for at folds and at singular ones is not known: any is allowed
+        return Ends()
     q = np.array([problem.arm.solve(x, posture.u, branch)[0] for branch in problem.elbow_branches])
     if _leaves_a_joint_free(problem, x, posture.u):
         return Ends()

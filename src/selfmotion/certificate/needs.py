@@ -14,7 +14,8 @@ from selfmotion.certificate.joined import ends, leads_on, with_arm
 from selfmotion.errors import Need
 from selfmotion.problem import Problem
 
-_MOST = 1.0  # no limit is asked to give more [rad]
+_MOST = 1.0  # no limit is asked to give more [rad] …
+_FARTHEST = 10.0  # … nor a rail to be longer by more [m]
 _SHARP = 1e-3  # relative error of what a limit is said to need
 _JUST_NOT = 0.97  # part of what is needed with which the proof shows where it is needed
 _SECONDS = 0.5  # for that proof
@@ -36,12 +37,12 @@ def needs(problem: Problem, causes: Iterable[Cause], deadline: float = np.inf) -
     Returns
     -------
     list of Need
-        The one that has to give least, by at most 1 rad, with its place on the path; others that were found to need as
-        little follow. From the structure of the angle domain, which is computed, not proved.
+        The one that has to give least, by at most 1 rad or 10 m, with its place on the path; others that were found to
+        need as little follow. From the structure of the angle domain, which is computed, not proved.
     """
     sides = [(cause.joint, cause.kind.split()[0]) for cause in causes if cause.kind.endswith("limit")]
     found = _least(problem, sides, lambda *wider: leads_on(widened(problem, *wider)), deadline)
-    return [Need(need.joint, need.side, need.by, _place(problem, need, deadline)) for need in found]
+    return [Need(need.joint, need.side, need.by, _place(problem, need, deadline), need.unit) for need in found]
 
 
 def needs_of_pose(problem: Problem, deadline: float = np.inf) -> list[Need]:
@@ -57,8 +58,8 @@ def needs_of_pose(problem: Problem, deadline: float = np.inf) -> list[Need]:
     Returns
     -------
     list of Need
-        The one that has to give least, by at most 1 rad; others that need as little follow. That less does not do is
-        proved by a cover without cells.
+        The one that has to give least, by at most 1 rad or 10 m; others that need as little follow. That less does not
+        do is proved by a cover without cells.
     """
     low, high = max((part.r for part in problem.blocked), key=lambda ends: ends[1] - ends[0])
     r = 0.5 * (low + high)
@@ -67,26 +68,26 @@ def needs_of_pose(problem: Problem, deadline: float = np.inf) -> list[Need]:
         arm = problem.arm.relaxed(*_slack(problem, joint, side, by))
         return len(arm.cover(problem.elbow).cells(problem.path(r), _COARSE)) > 0
 
-    return [Need(need.joint, need.side, need.by, r) for need in _least(problem, (), opens, deadline)]
+    return [Need(need.joint, need.side, need.by, r, need.unit) for need in _least(problem, (), opens, deadline)]
 
 
 def _least(
     problem: Problem, first: Iterable[tuple[int, str]], opens: Callable[[int, str, float], bool], deadline: float
 ) -> list[Need]:
     """Return the limits that have to give least for `opens` (joint, side, by) to hold, those of `first` tried first."""
-    limits, best, found = problem.arm.limits, _MOST, []
+    limits, best, found = problem.arm.limits, _FARTHEST, []
     every = [(joint, side) for joint in range(problem.arm.n) for side in ("lower", "upper")]
     for joint, side in dict.fromkeys([*first, *every]):
         if not np.isfinite((limits.lower if side == "lower" else limits.upper)[joint]):
             continue
-        if time.perf_counter() > deadline or not opens(joint, side, best):
+        low, high = 0.0, min(best, _FARTHEST if limits.slides[joint] else _MOST)
+        if time.perf_counter() > deadline or not opens(joint, side, high):
             continue
-        low, high = 0.0, best
         while high - low > _SHARP * high and time.perf_counter() <= deadline:
             middle = 0.5 * (low + high) if low > 0.0 else 0.25 * high
             low, high = (low, middle) if opens(joint, side, middle) else (middle, high)
         best = high
-        found.append(Need(joint + 1, side, high))
+        found.append(Need(joint + 1, side, high, unit=limits.units[joint]))
     found.sort(key=lambda need: need.by)
     return [need for need in found if need.by <= found[0].by * (1 + 2 * _SHARP)]
 

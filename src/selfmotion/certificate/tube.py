@@ -50,6 +50,8 @@ class Slice:
     backward: Values | None = None
     least: FloatArray | None = None
     """The least cost of a motion through each cell, shape (m,)."""
+    wraps: BoolArray | bool = True
+    """Which joints are angles modulo 2π, shape (n,); others, such as a rail, are what they are."""
 
     def below(self, threshold: float, least: FloatArray) -> Slice:
         """Return the slice with the cells whose `least` cost (m,) is no more than `threshold`.
@@ -82,7 +84,7 @@ class Slice:
         return Slice(
             self.r, self.x, self.cells[chosen], joined[chosen], severed[chosen], self.fixed,
             None if one is None else one.of(chosen), None if two is None else two.of(chosen),
-            None if least is None else least[chosen],
+            None if least is None else least[chosen], self.wraps,
         )  # fmt: skip
 
     def _sever_at_seams(self, rows: BoolArray, severed: BoolArray) -> None:
@@ -96,7 +98,8 @@ class Slice:
         q = np.where((end == 0)[:, None], self.cells.a[cell], self.cells.b[cell])
         a, b = self.cells.a, self.cells.b
         room = 0.5 * np.abs(b - a) + self.cells.dev + _SAME
-        inside = np.all(np.abs(wrap(q[:, None] - 0.5 * (a + b))) <= room, axis=2)
+        away = q[:, None] - 0.5 * (a + b)
+        inside = np.all(np.abs(np.where(self.wraps, wrap(away), away)) <= room, axis=2)
         inside[np.arange(len(cell)), cell] = False
         severed[cell, end] = np.any(inside, axis=1) & ~np.any(inside & rows, axis=1)
 
@@ -382,7 +385,8 @@ class Tube:
         )
         step = self._apart(cells.a[1:], cells.b[:-1])
         joined[1:] = same & (np.abs(step).max(axis=1, initial=0.0) < _SAME)
-        return Slice(r, x, cells, joined, np.zeros((len(cells), 2), bool), fixed)
+        severed = np.zeros((len(cells), 2), bool)
+        return Slice(r, x, cells, joined, severed, fixed, wraps=self.setting.cover.wraps)
 
     def _carried(self, one: Slice, values: Values | None, two: Slice, deadline: float, extended: bool = True) -> Values:
         """Carry values from one slice to another."""

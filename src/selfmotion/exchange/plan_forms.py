@@ -74,7 +74,7 @@ class ChainForm(_Form):
     """An arm in space by its chain: all numbers, since files and catalogues may change."""
 
     kind: Literal["chain"]
-    solved: Literal["spatial", "roll", "locked"]
+    solved: Literal["spatial", "roll", "rail", "locked"]
     names: list[StrictStr]
     offsets: list[list[Row]]
     limits: list[OpenRow | None]

@@ -207,7 +207,8 @@ def _arm_from(data: Any) -> RedundantArm:
     sizes = {len(row) for matrix in given.offsets for row in matrix} | {len(matrix) for matrix in given.offsets}
     if sizes != {4}:
         raise InvalidInputError("offsets", "are not four by four", _DAMAGED)
-    chain = JointChain(given.names, given.offsets, given.limits, None, velocity, given.base, given.tip)
+    slides = [given.solved == "rail" and joint == 0 for joint in range(len(given.names))]
+    chain = JointChain(given.names, given.offsets, given.limits, slides, velocity, given.base, given.tip)
     made = _solvers()[given.solved]
     return made(chain, given.locked_joint) if given.solved == "locked" else made(chain)
 
@@ -215,10 +216,11 @@ def _arm_from(data: Any) -> RedundantArm:
 def _solvers() -> dict[str, Callable[..., Any]]:
     """Return the classes of arms in space; with compiled kernels, which planar arms do without."""
     from selfmotion.arms.locked import LockedArm
+    from selfmotion.arms.rail import RailArm
     from selfmotion.arms.roll import RollArm
     from selfmotion.arms.spatial import SpatialArm
 
-    return {"spatial": SpatialArm, "roll": RollArm, "locked": LockedArm}
+    return {"spatial": SpatialArm, "roll": RollArm, "rail": RailArm, "locked": LockedArm}
 
 
 def _path_object(path: Path) -> dict[str, Any]:

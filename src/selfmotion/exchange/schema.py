@@ -60,6 +60,13 @@ class ToolForm(_Form):
     rpy: Triple | None = None
 
 
+class RailForm(_Form):
+    """A rail that the arm's base slides on: its direction in the base's frame, and how far it goes [m]."""
+
+    axis: Triple
+    limits: Pair
+
+
 class FollowForm(_Form):
     """The tool axis along the tangent, and the direction that another one stays near to."""
 
@@ -78,6 +85,7 @@ _BY_MARK = {
     "poses": list[PoseRow],
     "frame": FrameForm | None,
     "tool": ToolForm | None,
+    "rail": RailForm | None,
     "follow": FollowForm | None,
     "file": str,
     "limits": list[LimitPair | None] | None,

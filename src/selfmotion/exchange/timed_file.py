@@ -40,7 +40,7 @@ class TimedRows(NamedTuple):
     t, r : array, shape (k,)
         Times [s] and path parameters.
     q, dq, ddq : array, shape (k, n)
-        Joint angles [rad], velocities [rad/s], accelerations [rad/s²].
+        Joint angles [rad], velocities [rad/s], accelerations [rad/s²]; with m for rad of a joint that slides.
     joint_names : tuple of str
     """
 

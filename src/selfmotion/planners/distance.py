@@ -248,5 +248,5 @@ def _with_given_ends(problem: Problem, q: FloatArray) -> FloatArray:
         near = posture.q
         if near is None:
             near = problem.arm.solve(problem.path(r), posture.u, int(problem.arm.branch_of(q[at])))[0]
-        q[at] += wrap(near - q[at])
+        q[at] += wrap(near - q[at], problem.arm.limits.period)
     return q

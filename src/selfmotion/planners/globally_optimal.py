@@ -9,7 +9,7 @@ import numpy as np
 
 from selfmotion._checks import number, positive
 from selfmotion._types import FloatArray
-from selfmotion.angles import wrap
+from selfmotion.arms.protocols import u_steps
 from selfmotion.certificate.infeasibility import unproved
 from selfmotion.certificate.joined import leads_on
 from selfmotion.errors import Blocked, InfeasibleError, InvalidInputError, NothingFeasibleError, UndecidedError
@@ -320,7 +320,7 @@ class _Search:
             # At a singular posture u does not tell all joints: every posture near it is allowed.
             cells = cover.cells(x, _NEAR)
             room = (0.5 * np.abs(cells.b - cells.a) + cells.dev).sum(axis=1)  # u is a sum of joints
-            return cells[np.abs(wrap(arm.u_of(0.5 * (cells.a + cells.b)) - posture.u))[:, 0] <= room + _NEAR]
+            return cells[np.abs(u_steps(arm, posture.u, arm.u_of(0.5 * (cells.a + cells.b))))[:, 0] <= room + _NEAR]
         solved = [arm.solve(x, posture.u, b) for b in self.problem.elbow_branches]
         return cover.points(np.array([q for q, ok in solved if ok]).reshape(-1, arm.n), turned=True)
 

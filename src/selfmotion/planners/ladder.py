@@ -14,7 +14,8 @@ import numpy as np
 from selfmotion._checks import integer
 from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.angles import TAU, wrap
-from selfmotion.arms import JointLimits
+from selfmotion.arms import JointLimits, RedundantArm
+from selfmotion.arms.protocols import u_period
 from selfmotion.errors import InvalidInputError, NothingFeasibleError
 from selfmotion.mending.filling import filled
 from selfmotion.problem import Posture, Problem
@@ -108,7 +109,7 @@ def ladder(problem: Problem, values: int) -> LadderMotion:
 
 def _rungs(problem: Problem, r: FloatArray, count: int) -> list[FloatArray]:
     """Return the postures at each of the path parameters, shape (m, n) each."""
-    arm, u = problem.arm, np.linspace(-np.pi, np.pi, count, endpoint=False)
+    arm, u = problem.arm, _values(problem.arm, count)
     given = {0: problem.start, len(r) - 1: problem.end}
     rungs = []
     for k, x in enumerate(problem.path(r)):
@@ -127,6 +128,14 @@ def _rungs(problem: Problem, r: FloatArray, count: int) -> list[FloatArray]:
     return rungs
 
 
+def _values(arm: RedundantArm, count: int) -> FloatArray:
+    """Return values of u, (count,): all round, or where it is a length between its limits, ends included."""
+    if u_period(arm) == TAU:
+        return np.linspace(-np.pi, np.pi, count, endpoint=False)
+    low, high = arm.limits.lower[arm.limits.slides][0], arm.limits.upper[arm.limits.slides][0]
+    return np.linspace(low, high, count)
+
+
 def _given(problem: Problem, posture: Posture, r: float) -> FloatArray:
     """Return the postures (m, n) that a given one stands for."""
     if posture.q is not None:
@@ -137,14 +146,14 @@ def _given(problem: Problem, posture: Posture, r: float) -> FloatArray:
 
 def wide(limits: JointLimits) -> BoolArray:
     """Return which joints can take every angle modulo 2π, shape (n,): free ones, and those with limits so far apart."""
-    return limits.upper - limits.lower >= TAU
+    return limits.upper - limits.lower >= limits.period
 
 
 def turned(limits: JointLimits, q: FloatArray) -> FloatArray:
     """Return those of the postures (m, n) that whole turns put inside the limits of joints not wide, so put."""
     for j in np.flatnonzero(~wide(limits)):
-        turns = np.ceil((limits.lower[j] - _ON_LIMIT - q[:, j]) / TAU)
-        q = q + TAU * turns[:, None] * (np.arange(q.shape[1]) == j)
+        turns = np.ceil((limits.lower[j] - _ON_LIMIT - q[:, j]) / limits.period[j])
+        q = q + limits.period[j] * turns[:, None] * (np.arange(q.shape[1]) == j)
         q = q[q[:, j] <= limits.upper[j] + _ON_LIMIT]
     return q
 

@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from selfmotion._types import FloatArray
+from selfmotion.angles import TAU
 from selfmotion.arms import RedundantArm
+from selfmotion.arms.protocols import u_period
 from selfmotion.breaks import Break
 from selfmotion.certificate.verdict import verdict
 from selfmotion.domain import SampledDomain, angle_domain
@@ -90,8 +92,8 @@ def _space_figures(plan: Plan) -> dict[str, bytes]:
 
 
 def _has_domain(arm: RedundantArm) -> bool:
-    """Return whether an arm's angle domain is told: of one redundant degree, if its postures are enclosed."""
-    return arm.n_u == 1 and arm.rigorous
+    """Return whether an arm's angle domain is told: of one redundant degree, an angle, if its postures are enclosed."""
+    return arm.n_u == 1 and arm.rigorous and u_period(arm) == TAU
 
 
 def motion_figures(

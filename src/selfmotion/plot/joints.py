@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from selfmotion.angles import TAU
+from selfmotion.arms.protocols import u_period
 from selfmotion.plans import Plan
 from selfmotion.plot.style import BEYOND, COLORS, DASHES, GREY, shades
 
@@ -43,7 +45,7 @@ def draw_joints(axes: Axes, plan: Plan, joints: Sequence[int] | None = None, abs
     named = {drawn[k] for k in np.linspace(0, len(drawn) - 1, _NAMED).astype(int)} if many else set(drawn)
     greys = dict(zip(drawn, shades(len(drawn)), strict=True))
     for joint, values in series.items():
-        name = f"θ{joint + 1}"
+        name = f"{'q' if limits.slides[joint] else 'θ'}{joint + 1}"
         label = None if joint not in named else f"{name} absolute" if joint in absolute else name
         dashes = DASHES[(joint + joint // len(COLORS)) % len(DASHES)]  # where colours come again, others
         look: dict[str, Any] = {"color": COLORS[joint % len(COLORS)], "linestyle": dashes}
@@ -55,7 +57,7 @@ def draw_joints(axes: Axes, plan: Plan, joints: Sequence[int] | None = None, abs
     axes.margins(y=0.08)
     _name_limits(axes, shown)
     axes.set_xlabel("path parameter r")
-    axes.set_ylabel("joint angle [rad]")
+    axes.set_ylabel("joint angle [rad], rail [m]" if limits.slides.any() else "joint angle [rad]")
     layout: dict[str, Any] = {"ncols": 4, "handlelength": 3}
     if many:
         layout = {"ncols": _NAMED, "handlelength": 1.5, "columnspacing": 1.2}
@@ -77,7 +79,7 @@ def draw_each_joint(panels: Sequence[Axes], plan: Plan) -> None:
         axes.plot(r, values, color=COLORS[0])
         axes.set_xlim(0, 1)
         axes.set_xticks([0, 0.5, 1], ["0", "0.5", "1"])
-        axes.set_title(f"θ{joint + 1} [rad]")
+        axes.set_title(f"rail, q{joint + 1} [m]" if limits.slides[joint] else f"θ{joint + 1} [rad]")
         low, high = limits.lower[joint], limits.upper[joint]
         if np.isfinite([low, high]).all():
             margin = _BEYOND * (high - low)
@@ -101,7 +103,7 @@ def draw_parameter(axes: Axes, plan: Plan) -> None:
     plan : Plan
     """
     r = plan.problem.rows
-    axes.plot(r, np.unwrap(plan.u(r)[:, 0]), color=COLORS[1])
+    axes.plot(r, np.unwrap(plan.u(r)[:, 0], period=u_period(plan.problem.arm)), color=COLORS[1])
     axes.set_xlim(0, 1)
     axes.set_xticks([0, 0.5, 1], ["0", "0.5", "1"])
     axes.margins(y=0.08)
@@ -109,7 +111,8 @@ def draw_parameter(axes: Axes, plan: Plan) -> None:
     name = "" if form is None else form.family.parameter
     if name.startswith("q"):  # it is a joint
         name = f"θ{name[1:]}"
-    axes.set_title(f"u = {name} [rad]" if name else "u [rad]")
+    unit = "rad" if u_period(plan.problem.arm) == TAU else "m"
+    axes.set_title(f"u = {name} [{unit}]" if name else f"u [{unit}]")
 
 
 def _name_limits(axes: Axes, shown: Mapping[float, Sequence[str]]) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from selfmotion._types import FloatArray
 from selfmotion.angles import nearest_turn
 from selfmotion.arms import JointBox, RedundantArm
+from selfmotion.arms.protocols import u_period
 from selfmotion.paths import Path
 from selfmotion.paths.base import path_parameter
 from selfmotion.refinement.spline import SplineSpace
@@ -60,7 +61,7 @@ class ClosedSpline:
         both = np.isfinite(box.lower) & np.isfinite(box.upper)
         self._width = np.where(both, box.upper - np.where(both, box.lower, 0.0), np.inf)
         self._nodes = path.grid(_NODES_PER_SPAN * space.m)
-        self._directions = np.unwrap(arm.u_of(self(self._nodes)), axis=0)
+        self._directions = np.unwrap(arm.u_of(self(self._nodes)), axis=0, period=u_period(arm))
 
     def __call__(self, r: ArrayLike) -> FloatArray:
         """Return the joint angles, shape (..., n), turns included [rad]."""
@@ -78,7 +79,7 @@ class ClosedSpline:
         """Return the redundancy vector, shape (..., n_u), continuous along the path [rad]."""
         values = path_parameter(r)
         near = np.stack([np.interp(values, self._nodes, column) for column in self._directions.T], axis=-1)
-        return nearest_turn(self.arm.u_of(self(values)), near)
+        return nearest_turn(self.arm.u_of(self(values)), near, u_period(self.arm))
 
     def rates(self, r: ArrayLike) -> FloatArray:
         """Return dθ/dr, shape (..., n)."""

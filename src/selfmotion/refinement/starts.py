@@ -9,7 +9,7 @@ import numpy as np
 
 from selfmotion._types import FloatArray, IntArray
 from selfmotion.angles import TAU, nearest_turn
-from selfmotion.arms import JointBox
+from selfmotion.arms import JointBox, JointLimits
 from selfmotion.paths import Reversed
 from selfmotion.problem import ANGLE, Posture, Problem
 from selfmotion.refinement.follow import followed, on_task
@@ -159,7 +159,7 @@ def _fixed_postures(problem: Problem, posture: Posture | None, r: float, box: Jo
 def _turned(problem: Problem, q: FloatArray, box: JointBox) -> list[FloatArray]:
     """Return q with its limited joints in the turns that a box allows, those nearest to zero first."""
     found = [q]
-    for j in np.flatnonzero(problem.arm.limits.limited):
+    for j in np.flatnonzero(problem.arm.limits.limited & ~problem.arm.limits.slides):
         middle = np.rint((np.clip(0.0, box.lower[j], box.upper[j]) - q[j]) / TAU)
         angles = sorted(q[j] + TAU * (middle + np.arange(-_MOST_TURNS, _MOST_TURNS + 1)), key=abs)
         inside = [angle for angle in angles if box.lower[j] - _ON_LIMIT <= angle <= box.upper[j] + _ON_LIMIT]
@@ -183,7 +183,9 @@ def _pool(
     path = Reversed(problem.path) if backward else problem.path
     near = ends if backward else starts
     given = (
-        np.array([near[k % len(near)] for k in range(count)]) if near else _random_postures(box, rng, (count, arm.n))
+        np.array([near[k % len(near)] for k in range(count)])
+        if near
+        else _random_postures(arm.limits, box, rng, (count, arm.n))
     )
     seeds, ok = on_task(arm, path(0.0), box, _inside(box, given))
     seeds, given = seeds[ok], given[ok]
@@ -232,10 +234,15 @@ def _with_ends(
     return Start(box, ends, r, q + (1 - way) * (first - q[0]) + way * (last - q[-1]), reached)
 
 
-def _random_postures(box: JointBox, rng: np.random.Generator, shape: tuple[int, int]) -> FloatArray:
-    """Return random postures inside a box, from all but straight to curled up, joint 1 anywhere in a turn or two."""
+def _random_postures(
+    limits: JointLimits, box: JointBox, rng: np.random.Generator, shape: tuple[int, int]
+) -> FloatArray:
+    """Return random postures inside a box, from all but straight to curled up, joint 1 anywhere in a turn or two.
+
+    A joint that slides is anywhere too.
+    """
     straight = np.clip(0.0, box.lower, box.upper)
-    far = np.where(np.isfinite(box.lower) & np.isfinite(box.upper), TAU, np.pi)
+    far = np.where(np.isfinite(box.lower) & np.isfinite(box.upper), limits.period, np.pi)
     # What an open side lets a joint turn on is counted from the limit on the other.
     lower = np.maximum(straight - far, box.lower)
     upper = np.minimum(np.maximum(straight, lower) + far, box.upper)

@@ -30,7 +30,7 @@ class Limits:
     Attributes
     ----------
     velocity, acceleration : array, shape (n,)
-        Of the joints [rad/s, rad/s²]; velocities may be infinite.
+        Of the joints [rad/s, rad/s²; m/s, m/s² of those that slide]; velocities may be infinite.
     tool_speed : float
         Of the tool's position, in the path's unit of length per second; infinite without one.
     """

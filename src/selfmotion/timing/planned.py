@@ -27,10 +27,10 @@ def time_law(
     ----------
     plan : Plan
     max_acceleration : float or array_like, shape (n,)
-        Of every joint, or of each [rad/s²].
+        Of every joint, or of each [rad/s²]; of a joint that slides [m/s²].
     max_velocity : float or array_like, shape (n,), optional
-        Of every joint, or of each [rad/s]; those that the arm's URDF has hold too. Without either a joint's velocity is
-        not limited.
+        Of every joint, or of each [rad/s; m/s]; those that the arm's URDF has hold too. Without either a joint's
+        velocity is not limited, and that of a rail that the URDF does not have is not.
     tool_speed : float, optional
         Of the tool's position, in the path's unit of length per second. It is never exceeded, and kept wherever the
         joints allow it; :attr:`TimedTrajectory.slow` has where they do not.

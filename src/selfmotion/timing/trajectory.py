@@ -68,7 +68,7 @@ class TimedTrajectory:
     r : array, shape (k,)
         Path parameters.
     q, dq, ddq : array, shape (k, n)
-        Joint angles [rad], velocities [rad/s] and accelerations [rad/s²].
+        Joint angles [rad], velocities [rad/s] and accelerations [rad/s²]; with m for rad of a joint that slides.
     joint_names : tuple of str
         The arm's, in its order; ``joint1``, ``joint2``, … of planar arms.
     """
