@@ -169,6 +169,12 @@ def test_bad_files_are_refused_by_file_and_row(write, name, data, message):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_header_of_an_old_version_is_read_without_a_word(write):
+    data = saved(np.array([[1.0, 2.0], [3.0, 4.0]])).replace(b"(2, 2), }", b"(2L,2L),}")
+    assert load_waypoints(write(data, "old.npy")).tolist() == [[1, 2], [3, 4]]
+
+
 def test_a_million_points_are_read_in_bounded_time(write):
     r = np.linspace(0, 1, 1_000_000)
     x = np.stack([r, np.sin(9 * r)], axis=1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import warnings
 from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
@@ -182,7 +183,9 @@ def array_table(data: bytes) -> FloatArray:
         wrong = "does not say which number is which" if shape[-1:] == (POSE,) else "is no table of points"
         raise InvalidInputError("", f"{wrong}: its shape is {shape}", remedy)
     try:
-        found = np.load(io.BytesIO(data), allow_pickle=False)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = np.load(io.BytesIO(data), allow_pickle=False)
     except (ValueError, OSError, EOFError, MemoryError) as error:
         raise InvalidInputError("", f"cannot be read ({shorten(str(error))})", "is it a whole file?") from None
     if not names:
@@ -197,7 +200,9 @@ def _header(data: bytes) -> tuple[tuple[int, ...], np.dtype[Any]]:
     try:
         version = np.lib.format.read_magic(stream)
         read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        shape, _, kind = read(stream)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of headers that old versions wrote
+            shape, _, kind = read(stream)
     except Exception as error:  # whatever a broken header makes of its parser
         raise InvalidInputError("", f"has a header that is not read ({shorten(str(error))})", "save it again") from None
     if kind.names and len(shape) != 1:
