@@ -23,11 +23,11 @@ import numba
 import numpy as np
 
 import selfmotion as sm
-from selfmotion.arms.catalogue import CATALOGUE, named_arm
+from selfmotion.arms.catalogue import CATALOGUE
 from selfmotion.errors import InfeasibleError, SelfMotionError
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "arms"))
-from attack_covers import TORCH, pose_error, settled, target, with_turns, wrap
+from attack_covers import ON_RAILS, TORCH, load, pose_error, settled, target, with_turns, wrap
 
 ROUNDING = 1e-9
 SLABS = 160
@@ -48,14 +48,14 @@ def turned(rotation, vector):
 
 def corrected(arm, q, x, pull=None):
     """A posture near q at a pose, drawn along the self-motion towards `pull`; None if there is none."""
-    offsets, (rotation, position) = arm.chain.offsets, target(x)
+    offsets, slides, (rotation, position) = arm.chain.offsets, int(arm.chain.prismatic.sum()), target(x)
     q = np.array(q)
     if pull is not None:
         error, jacobian = np.empty(arm.n - 1), np.empty((arm.n - 1, arm.n))
-        pose_error(offsets, 0, q, rotation, position, error, jacobian)
+        pose_error(offsets, slides, q, rotation, position, error, jacobian)
         null = np.linalg.svd(jacobian)[2][-1]
         q += null * np.clip(null @ pull, -0.02, 0.02)
-    return q if settled(offsets, 0, q, rotation, position, 12, np.inf) < EXACT else None
+    return q if settled(offsets, slides, q, rotation, position, 12, np.inf) < EXACT else None
 
 
 def inside(arm, q, slack=0.0):
@@ -280,7 +280,7 @@ def row_of(arm, given, k):
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--arm", default="panda", choices=list(CATALOGUE))
+    parser.add_argument("--arm", default="panda", choices=[*CATALOGUE, *ON_RAILS])
     parser.add_argument("--torch", action="store_true", help="with a tool off the last axis")
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
@@ -296,7 +296,7 @@ def main(arguments=None):
     parser.add_argument("--finer", type=int, default=3, help="how often ladders are made finer")
     parser.add_argument("--seconds", type=float, default=np.inf, help="after which no more cases are begun")
     given = parser.parse_args(arguments)
-    arm, rows, began = named_arm(given.arm, tool=TORCH if given.torch else None), [], time.perf_counter()
+    arm, rows, began = load(given.arm, tool=TORCH if given.torch else None), [], time.perf_counter()
     print("case status       cost     bound      gap  seconds  best rival")
     for k in range(given.first, given.first + given.count):
         if time.perf_counter() - began > given.seconds:
