@@ -105,7 +105,7 @@ def fastest(geometry: Geometry, limits: Limits) -> Law:
     the limits. Cells inside which the law breaks them are halved until it hardly does, and what is left is taken away
     by slowing the piece down as a whole, which keeps its shape.
     """
-    solver = _toppra()
+    solver = toppra()
     corners = geometry.edges[geometry.corners]
     laws = [_piece(solver, geometry, limits, a, b) for a, b in pairwise(corners)]
     r = np.concatenate([law[0][:-1] for law in laws] + [[1.0]])
@@ -113,8 +113,14 @@ def fastest(geometry: Geometry, limits: Limits) -> Law:
     return Law(r, speed)
 
 
-def _toppra() -> Any:
-    """Return the package toppra."""
+def toppra() -> Any:
+    """Return the package toppra.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is not installed.
+    """
     try:
         for part in ("algorithm", "constraint", "interpolator"):
             importlib.import_module(f"toppra.{part}")
