@@ -16,7 +16,7 @@ from selfmotion.timing.geometry import Geometry
 _CELLS, _FEWEST, _MOST = 200, 24, 6000  # of the grid: of all the path, of a piece at least, of a piece at most
 _ROUNDS = 12
 _BESIDE = 1e-7  # a break of the second derivative: how far from it a grid point is on either side
-_INSIDE = np.array([0.0005, 0.25, 0.5, 0.75, 0.9995])  # of a cell, where the law is checked
+_INSIDE = np.array([0.0005, *np.linspace(0.1, 0.9, 9), 0.9995])  # of a cell, where the law is checked
 _FINE = 1e-4  # by which a law may be too fast between grid points without being refined
 _SETTLED = 5e-3  # change of the duration when all cells are halved, which makes more of it not worth its time
 _CAUTION = 5e-5  # slower than what was checked asks for
@@ -133,7 +133,8 @@ def _piece(solver: Any, geometry: Geometry, limits: Limits, a: float, b: float) 
     """Return grid points and dr/dt there between two corners."""
     inner = geometry.edges[(geometry.edges > a + 2 * _BESIDE) & (geometry.edges < b - 2 * _BESIDE)]
     cells = max(_FEWEST, int(_CELLS * (b - a)))
-    grid = np.unique(np.concatenate([np.linspace(a, b, cells + 1), inner - _BESIDE, inner + _BESIDE]))
+    knots = geometry.knots[(geometry.knots > a) & (geometry.knots < b)]
+    grid = np.unique(np.concatenate([np.linspace(a, b, cells + 1), knots, inner - _BESIDE, inner + _BESIDE]))
     # A grid point too near to its neighbour tells nothing; those beside breaks and the ends stay.
     kept = np.concatenate([inner - _BESIDE, inner + _BESIDE, [a, b]])
     grid = grid[np.isin(grid, kept) | (np.abs(grid[:, None] - kept).min(axis=1) > 2 * _BESIDE)]
