@@ -519,6 +519,23 @@ def path(
 
 
 @app.command()
+def urdf(
+    problem: ProblemArgument,
+    out: Annotated[str, typer.Option("--out", metavar="FILE", help="File to write.")],
+    force: ForceOption = False,
+) -> None:
+    """Write a problem's arm as URDF: one in space as it is, a planar one where its placement says."""
+    from selfmotion.exchange import load_problem, save_urdf
+
+    arm = load_problem(problem).problem.arm
+    try:
+        save_urdf(arm, out, force)
+    except InvalidInputError as error:
+        raise error if error.field == "--out" else error.inside(source=problem) from None
+    _say(f"{arm.n} joints written to {out}")
+
+
+@app.command()
 def schema() -> None:
     """Print the JSON Schema of problem files."""
     from selfmotion.exchange.schema import json_schema

@@ -11,11 +11,10 @@ from pathlib import Path
 
 from selfmotion._version import __version__
 from selfmotion.errors import InvalidInputError
+from selfmotion.units import UNITS as UNITS  # noqa: PLC0414 (where readers of files look for them)
 
 MANIFEST = ".selfmotion.json"
 """Lists what selfmotion wrote into a folder, with checksums: only that may be replaced unasked."""
-UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
-"""Metres in one unit of a file's positions."""
 
 
 class OutputFolder:
