@@ -131,13 +131,7 @@ def toppra() -> Any:
 
 def _piece(solver: Any, geometry: Geometry, limits: Limits, a: float, b: float) -> tuple[FloatArray, FloatArray]:
     """Return grid points and dr/dt there between two corners."""
-    inner = geometry.edges[(geometry.edges > a + 2 * _BESIDE) & (geometry.edges < b - 2 * _BESIDE)]
-    cells = max(_FEWEST, int(_CELLS * (b - a)))
-    knots = geometry.knots[(geometry.knots > a) & (geometry.knots < b)]
-    grid = np.unique(np.concatenate([np.linspace(a, b, cells + 1), knots, inner - _BESIDE, inner + _BESIDE]))
-    # A grid point too near to its neighbour tells nothing; those beside breaks and the ends stay.
-    kept = np.concatenate([inner - _BESIDE, inner + _BESIDE, [a, b]])
-    grid = grid[np.isin(grid, kept) | (np.abs(grid[:, None] - kept).min(axis=1) > 2 * _BESIDE)]
+    grid = _grid(geometry, a, b)
     best: tuple[float, FloatArray, FloatArray] | None = None
     settled = np.inf  # the duration when the grid was halved as a whole
     for _ in range(_ROUNDS):
@@ -163,6 +157,20 @@ def _piece(solver: Any, geometry: Geometry, limits: Limits, a: float, b: float) 
     if best is None:
         raise SelfMotionError(f"no time law was found for r in [{a:.6g}, {b:.6g}]", "try other limits")
     return best[1], best[2]
+
+
+def _grid(geometry: Geometry, a: float, b: float) -> FloatArray:
+    """Return the first grid points: on either side of breaks, at knots, and evenly apart between."""
+    inner = geometry.edges[(geometry.edges > a + 2 * _BESIDE) & (geometry.edges < b - 2 * _BESIDE)]
+    grid = np.sort(np.concatenate([inner - _BESIDE, inner + _BESIDE, [a, b]]))
+    cells = max(_FEWEST, int(_CELLS * (b - a)))
+    for more in (geometry.knots[(geometry.knots > a) & (geometry.knots < b)], np.linspace(a, b, cells + 1)):
+        # A point too near to another one tells nothing, and differences between the two are all rounding.
+        apart = more[np.diff(more, prepend=-1.0) > 2 * _BESIDE]
+        right = np.clip(np.searchsorted(grid, apart), 1, len(grid) - 1)
+        nearest = np.minimum(np.abs(apart - grid[right - 1]), np.abs(apart - grid[right]))
+        grid = np.sort(np.concatenate([grid, apart[nearest > 2 * _BESIDE]]))
+    return grid
 
 
 def _solved(solver: Any, geometry: Geometry, limits: Limits, grid: FloatArray) -> FloatArray | None:
