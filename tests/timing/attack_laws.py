@@ -5,8 +5,9 @@
 Plans are drawn at random, of arms in the plane and in space, with corners and without: profiles, refined and globally
 optimal motions. Each is timed under random limits. Velocities and accelerations are looked at many times inside every
 cell of the law's grid, and once more without its derivatives, as differences of the joint angles alone, whose mean
-values cannot be larger than a limit that holds. The duration is held against that of toppra on a spline through the
-same motion. The exit is 1 where a limit is exceeded by more than 0.1 % or the durations are more than 2 % apart.
+values cannot be larger than a limit that holds. The duration is held against those of toppra on a spline through the
+same motion, and given its derivatives, where toppra's law keeps the limits. The exit is 1 where a limit is exceeded by
+more than 0.1 %, or a law takes 2 % longer than toppra's.
 """
 
 import argparse
@@ -24,11 +25,13 @@ import numpy as np
 import selfmotion as sm
 from selfmotion.motion import Motion
 from selfmotion.profiles import BSplineProfile, HarmonicsProfile, ProfileCurve
+from selfmotion.timing.law import Law, loads
 
-EXCEEDED, APART = 1.001, 0.02
+EXCEEDED, LONGER = 1.001, 1.02
+KEPT = 1.01  # of a limit, that a law of toppra may take between its grid points to be one that is compared
 STEEP = 200.0  # rates beyond which a profile passes too near a fold [rad]
 KINDS = ("profile", "profile", "refined", "global", "panda", "ur5e")
-PARTS = np.array([0.002, *np.linspace(0.01, 0.99, 29), 0.998])  # of a cell
+PARTS = np.array([0.002, *np.linspace(0.02, 0.98, 13), 0.998])  # of a cell
 ROWS = 4000  # over the whole motion, of which differences are taken
 
 
@@ -43,8 +46,19 @@ def planar(rng, links):
         lambda: sm.Waypoints(points, "spline"),
         lambda: sm.Waypoints(points),
         lambda: sm.Circle(centre, 0.15 * arm.links.sum()),
+        lambda: slot(centre, 0.15 * arm.links.sum(), rng.uniform(0.02, 0.1) * arm.links.sum()),
     )
-    return arm, makers[rng.integers(4)]()
+    return arm, makers[rng.integers(len(makers))]()
+
+
+def slot(centre, size, radius):
+    """Round a square with rounded corners, as drawings have them: curvature jumps, directions do not."""
+    parts, side = [], np.array([[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [-1.0, 0.0]])
+    for k, out in enumerate(side):
+        along, inner = side[(k + 1) % 4], size - radius
+        parts.append(sm.Line(centre + size * out - inner * along, centre + size * out + inner * along))
+        parts.append(sm.Arc(centre + inner * (out + along), radius, np.arctan2(out[1], out[0]), np.pi / 2))
+    return sm.Concatenation(parts)
 
 
 def profile(rng):
@@ -118,27 +132,69 @@ def exceeded(timed):
     return float(velocity), float(acceleration), float(tool.max())
 
 
-def toppra_s_own(plan, velocity, acceleration, stops):
-    """Duration by toppra on a spline through the motion, from standstill to standstill; nothing of ours but angles."""
+def toppra_s_own(timed):
+    """Durations by toppra itself, each with the largest part of a limit that its law takes on the motion.
+
+    On a spline through the motion's joint angles, so that nothing of ours is in it; and given its derivatives, with a
+    grid point on either side of where they jump, which no spline through points follows.
+    """
+    pieces = list(pairwise([0.0, *timed.stops, 1.0]))
+    for solve in (by_spline, by_derivatives):
+        laws = [solve(timed, a, b) for a, b in pieces]
+        if any(speed is None or not np.isfinite(speed).all() for _, speed in laws):
+            yield None, np.inf
+            continue
+        r = np.concatenate([grid[:-1] for grid, _ in laws] + [[1.0]])
+        law = Law(r, np.concatenate([speed[:-1] for _, speed in laws] + [[0.0]]))
+        moved = law(between(law))
+        velocity, acceleration, _ = loads(timed._geometry, timed.limits, *moved)
+        yield law.duration, max(np.abs(velocity).max(), np.sqrt(np.abs(acceleration).max()))
+
+
+def by_spline(timed, a, b):
+    """Grid points and dr/dt between two standstills."""
     import toppra
+
+    r = np.linspace(a, b, max(int(2000 * (b - a)), 200) + 1)
+    inside = np.clip(r, a + 1e-9 * (a > 0), b - 1e-9 * (b < 1))  # on this side of a corner
+    curve = toppra.SplineInterpolator(np.linspace(0.0, 1.0, len(r)), timed.plan(inside))
+    grid = np.linspace(0.0, 1.0, max(int(2000 * (b - a)), 200) + 1)
+    speed = solved(timed, curve, grid)
+    return a + (b - a) * grid, None if speed is None else (b - a) * speed
+
+
+def by_derivatives(timed, a, b):
+    """The same."""
+    from toppra.interpolator import AbstractGeometricPath
+
+    inner = timed._geometry.edges[(timed._geometry.edges > a) & (timed._geometry.edges < b)]
+    grid = np.linspace(a, b, max(int(2000 * (b - a)), 200) + 1)
+    if len(inner):
+        grid = grid[np.abs(grid[:, None] - inner).min(axis=1) > 1e-6]
+    grid = np.sort(np.concatenate([grid, inner - 1e-7, inner + 1e-7]))
+    rates, bends = timed._geometry.derivatives(np.clip(grid, a, b - 1e-9))
+    size = b - a
+
+    class Curve(AbstractGeometricPath):
+        dof, path_interval, waypoints = rates.shape[1], np.array([0.0, 1.0]), None
+
+        def __call__(self, _, order=0):
+            return (rates, rates * size, bends * size**2)[order]
+
+    speed = solved(timed, Curve(), (grid - a) / size)
+    return grid, None if speed is None else size * speed
+
+
+def solved(timed, curve, grid):
     from toppra.algorithm import TOPPRA
     from toppra.constraint import JointAccelerationConstraint, JointVelocityConstraint
 
-    total, edges = 0.0, [0.0, *stops, 1.0]
-    fast = np.minimum(velocity, 1e4)  # toppra wants a number
-    constraints = [JointVelocityConstraint(fast), JointAccelerationConstraint(acceleration)]
-    for a, b in pairwise(edges):
-        r = np.linspace(a, b, max(int(3000 * (b - a)), 300) + 1)
-        inside = np.clip(r, a + 1e-9 * (a > 0), b - 1e-9 * (b < 1))  # on this side of a corner
-        curve = toppra.SplineInterpolator(np.linspace(0.0, 1.0, len(r)), plan(inside))
-        grid = np.linspace(0.0, 1.0, max(int(4000 * (b - a)), 400) + 1)
-        own = TOPPRA(constraints, curve, gridpoints=grid, solver_wrapper="seidel")
-        own.compute_parameterization(0, 0)
-        speed = own.problem_data.sd_vec
-        if speed is None or not np.isfinite(speed).all():
-            return None
-        total += float((2.0 * np.diff(grid) / (speed[1:] + speed[:-1])).sum())
-    return total
+    grid[0], grid[-1] = 0.0, 1.0
+    fast = np.minimum(timed.limits.velocity, 1e4)  # toppra wants a number
+    constraints = [JointVelocityConstraint(fast), JointAccelerationConstraint(timed.limits.acceleration)]
+    own = TOPPRA(constraints, curve, gridpoints=grid, solver_wrapper="seidel")
+    own.compute_parameterization(0, 0)
+    return own.problem_data.sd_vec
 
 
 def attack(seed):
@@ -157,14 +213,13 @@ def attack(seed):
         speed = rng.uniform(0.05, 0.8) * np.linalg.norm(np.diff(plan.problem.path([0.0, 0.5, 1.0])[:, :3], axis=0))
         even = sm.time_law(plan, acceleration, velocity, max(speed, 1e-3))
         worst = np.maximum(worst, exceeded(even))
-    own = toppra_s_own(plan, timed.limits.velocity, acceleration, timed.stops)
-    ratio = None if own is None else timed.duration / own
-    return {"seed": seed, "kind": kind, "worst": worst.tolist(), "ratio": ratio, "seconds": seconds}
+    ratios = [timed.duration / own if own is not None and taken < KEPT else None for own, taken in toppra_s_own(timed)]
+    return {"seed": seed, "kind": kind, "worst": worst.tolist(), "ratios": ratios, "seconds": seconds}
 
 
 def failed(row):
-    ratio = row["ratio"]
-    return max(row["worst"]) > EXCEEDED or (ratio is not None and abs(ratio - 1.0) > APART)
+    ratios = [ratio for ratio in row["ratios"] if ratio is not None]
+    return max(row["worst"]) > EXCEEDED or max(ratios, default=0.0) > LONGER
 
 
 def main():
@@ -180,19 +235,23 @@ def main():
             rows.append(row)
             if failed(row):
                 print("FAILED", row, flush=True)
-    print(f"{'kind':10} {'plans':>5} {'velocity':>9} {'accel.':>9} {'tool':>9} {'duration by toppra':>20} {'time':>7}")
+    print(
+        "largest parts of the limits; durations by those of toppra, on a spline and given the derivatives, and of how"
+    )
+    print("many plans, since its laws are compared where they keep the limits themselves; time that a law takes")
+    print("kind     plans velocity   accel.     tool                  spline             derivatives    time")
     for kind in [*dict.fromkeys(KINDS), "all"]:
         part = [row for row in rows if kind in (row["kind"], "all")]
         if not part:
             continue
         velocity, acceleration, tool = np.max([row["worst"] for row in part], axis=0)
-        ratios = [row["ratio"] for row in part if row["ratio"] is not None] or [np.nan]
-        durations = f"{min(ratios):.4f} to {max(ratios):.4f}"
+        shown = []
+        for ratios in zip(*(row["ratios"] for row in part), strict=True):
+            known = [ratio for ratio in ratios if ratio is not None]
+            shown.append(f"{min(known):.4f} to {max(known):.4f} of {len(known)}" if known else "none")
         mean = np.mean([row["seconds"] for row in part])
-        print(f"{kind:10} {len(part):5} {velocity:9.5f} {acceleration:9.5f} {tool:9.5f} {durations:>20} {mean:5.2f} s")
-    without = sum(row["ratio"] is None for row in rows)
-    if without:
-        print(f"toppra found no law of its own for {without} of them")
+        figures = f"{velocity:8.5f} {acceleration:8.5f} {tool:8.5f} {shown[0]:>23} {shown[1]:>23}"
+        print(f"{kind:8} {len(part):5} {figures} {mean:5.2f} s")
     sys.exit(1 if any(map(failed, rows)) else 0)
 
 
