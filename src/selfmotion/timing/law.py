@@ -17,7 +17,9 @@ _CELLS, _FEWEST, _MOST = 200, 24, 6000  # of the grid: of all the path, of a pie
 _ROUNDS = 12
 _LEAST = 1e-5  # width of a cell, as a part of its piece; in smaller ones differences of speeds are all rounding
 _SIDE = 1e-9  # of a break, in r
-_INSIDE = np.array([0.0005, *np.linspace(0.1, 0.9, 9), 0.9995])  # of a cell, where the law is checked
+_INSIDE = np.array(
+    [0.0005, 0.02, 0.05, *np.linspace(0.1, 0.9, 9), 0.95, 0.98, 0.9995]
+)  # of a cell: where it is checked
 _FINE = 1e-4  # by which a law may be too fast between grid points without being refined
 _SETTLED = 5e-3  # change of the duration when all cells are halved, which makes more of it not worth its time
 _CAUTION = 5e-5  # slower than what was checked asks for
@@ -232,9 +234,9 @@ def _reachable(
             sides = np.vstack([np.eye(2 * n), -np.eye(2 * n)])
             return of_u, of_x, np.zeros((points, 2 * n)), sides, np.ones(4 * n), None, None
 
-    constraints = [Fastest(), Strongest()]
-    constraints[1].identical = True  # the same sides at all points
-    instance = solver.algorithm.TOPPRA(constraints, Curve(), gridpoints=s, solver_wrapper="seidel")
+    strongest = Strongest()
+    strongest.identical = True  # the same sides at all points
+    instance = solver.algorithm.TOPPRA([Fastest(), strongest], Curve(), gridpoints=s, solver_wrapper="seidel")
     instance.compute_parameterization(0.0, 0.0)
     found = instance.problem_data.sd_vec
     if found is None or not np.isfinite(found).all() or (found[1:] + found[:-1] <= 0.0).any():
