@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         read_gcode,
         read_svg,
         save_trajectory,
+        save_urdf,
     )
     from selfmotion.intervals import IntervalSet
     from selfmotion.judgement import judge
@@ -92,6 +93,7 @@ _HOME = {
     ),
     "exchange": (
         "load_plan", "load_problem", "load_trajectory", "read_dxf", "read_gcode", "read_svg", "save_trajectory",
+        "save_urdf",
     ),
     "intervals": ("IntervalSet",),
     "optimizers": ("CMAES", "DifferentialEvolution", "GA", "GWO", "PSO", "RandomSearch"),

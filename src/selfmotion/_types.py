@@ -46,5 +46,7 @@ FileName = Annotated[str, "file"]
 """Name of a file; in a problem file, relative to that."""
 Limits = Annotated[Sequence[Any] | None, "limits"]
 """Per joint ``None`` or ``(lower, upper)`` in radians; either end may be ``None``."""
+ArmPlace = Annotated[Any, "placement"]
+"""Where a planar arm stands: ``base``, its plane, ``unit``, ``frame`` and ``joints``."""
 Box = Annotated[ArrayLike, "box"]
 """``(lower, upper)`` for every variable, or one such pair per variable."""

@@ -395,14 +395,16 @@ def time_plan(
     """Give a plan a time law under joint limits and write positions, velocities and accelerations by time."""
     from dataclasses import asdict
 
-    from selfmotion._checks import choice, positive
+    from selfmotion._checks import positive
     from selfmotion.exchange import load_plan, load_problem, save_trajectory
     from selfmotion.exchange.files import checked_target, read_text
     from selfmotion.exchange.plan_file import is_plan_file
-    from selfmotion.exchange.timed_file import FORMS
+    from selfmotion.exchange.timed_file import checked_form
     from selfmotion.timing import time_law
+    from selfmotion.timing.law import toppra
 
-    choice("--format", form, FORMS)
+    checked_form("--format", form)
+    toppra()  # what is not installed is said before the plan is made
     positive("--rate", rate)
     acceleration = _numbers("--max-acceleration", max_acceleration)
     velocity = None if max_velocity is None else _numbers("--max-velocity", max_velocity)
@@ -426,6 +428,7 @@ def time_plan(
         "duration": timed.duration,
         "rows": len(timed.t),
         "joint_names": list(timed.joint_names),
+        "frame_id": timed.frame_id,
         "velocity_used": fast.tolist(),
         "acceleration_used": strong.tolist(),
         "jerk": timed.jerk.tolist(),
@@ -538,6 +541,23 @@ def path(
     result = {"status": "read", **found.summary(), "version": __version__}
     lines = found.lines() + ([] if out is None else [f"written to {out}"])
     _say(_json(result) if as_json else "\n".join(lines))
+
+
+@app.command()
+def urdf(
+    problem: ProblemArgument,
+    out: Annotated[str, typer.Option("--out", metavar="FILE", help="File to write.")],
+    force: ForceOption = False,
+) -> None:
+    """Write a problem's arm as URDF: one in space as it is, a planar one where its placement says."""
+    from selfmotion.exchange import load_problem, save_urdf
+
+    arm = load_problem(problem).problem.arm
+    try:
+        save_urdf(arm, out, force)
+    except InvalidInputError as error:
+        raise error if error.field == "--out" else error.inside(source=problem) from None
+    _say(f"{arm.n} joints written to {out}")
 
 
 @app.command()

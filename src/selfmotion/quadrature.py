@@ -58,7 +58,9 @@ class Integral(NamedTuple):
     error: float
 
 
-def integrate(function: Callable[[FloatArray], FloatArray], edges: FloatArray, tolerance: float = 1e-11) -> Integral:
+def integrate(
+    function: Callable[[FloatArray], FloatArray], edges: FloatArray, tolerance: float = 1e-11, most: int = _MAX_PANELS
+) -> Integral:
     """Integrate `function` from the first to the last of `edges`.
 
     Parameters
@@ -70,6 +72,8 @@ def integrate(function: Callable[[FloatArray], FloatArray], edges: FloatArray, t
     tolerance : float
         Panels are bisected until the error estimate is below `tolerance` × the integral of ``|f|``, or
         rounding forbids more.
+    most : int
+        Panels after which no more are bisected.
 
     Returns
     -------
@@ -98,7 +102,7 @@ def integrate(function: Callable[[FloatArray], FloatArray], edges: FloatArray, t
         split = (rough > np.maximum(allowed, floor)) & ~too_small
         if not np.isfinite(fine).all():
             split |= ~np.isfinite(fine) & ~too_small
-        if round_ == _MAX_ROUNDS - 1 or panels > _MAX_PANELS:
+        if round_ == _MAX_ROUNDS - 1 or panels > most:
             split[:] = False
         total += float(fine[~split].sum())
         error += float(rough[~split].sum())

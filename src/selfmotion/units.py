@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
-"""Metres in one unit of a file's positions."""
+"""Metres in one unit of a file's positions, or of an arm's lengths."""
 # A path that fits an arm extends over this much of its reach; a workpiece over so many metres.
 _FITS = (0.05, 2.0)
 _WORKPIECE = (0.01, 3.0)

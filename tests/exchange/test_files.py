@@ -114,3 +114,9 @@ def test_bad_trajectories_name_row_and_column(tmp_path, case):
     expected = "row 1" if case == " (empty)" else case.split(" (")[0]
     assert caught.value.field == expected
     assert caught.value.source == str(file)
+
+
+def test_a_run_leaves_alone_what_another_one_is_about_to_write(tmp_path):
+    (tmp_path / ".selfmotion-abc.tmp").write_bytes(b"of another run")
+    OutputFolder(tmp_path).write({"x.txt": b"1"})
+    assert sorted(os.listdir(tmp_path)) == [".selfmotion-abc.tmp", MANIFEST, "x.txt"]

@@ -76,6 +76,15 @@ class Case:
         return sm.plan(sm.Problem(sm.PlanarArm([1] * 12, limits), path), sm.Refine(starts=1))
 
     @cached_property
+    def cornered(self):
+        """A plan round two corners."""
+        path = sm.Waypoints([[50, -10], [60, 30], [40, 40], [30, 50]])
+        return sm.plan(sm.Problem(self.arm, path, samples=100), sm.Refine(starts=1))
+
+    def timed(self, velocity):
+        return sm.time_law(self.cornered, 8.0, velocity)
+
+    @cached_property
     def searches(self):
         """Made-up courses of 9 searches each, (9, 40), falling towards 1 at different speeds."""
         rng, k = np.random.default_rng(3), np.arange(40)
@@ -246,6 +255,8 @@ DRAWINGS = {
     "proof_time": Drawing(
         partial(plot.draw_proof, against="seconds"), lambda case: ({"one": case.proved.certificate},)
     ),
+    "velocities": Drawing(plot.draw_velocities, lambda case: (case.timed(2.0),)),
+    "velocities_unlimited": Drawing(plot.draw_velocities, lambda case: (case.timed(None),)),
     "samples_broken": Drawing(plot.draw_samples, lambda case: (case.free_problem, *case.broken), height=3.2),
     "samples_connected": Drawing(plot.draw_samples, lambda case: (case.free_problem, *case.broken[:2]), height=3.2),
     "sampled_joints": Drawing(plot.draw_sampled_joints, lambda case: (case.free_problem, *case.broken)),

@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 from selfmotion.arms.catalogue import CATALOGUE, how_solved, how_solved_file, named_arm, urdf_arm
 from selfmotion.arms.limits import JointBox, JointLimits
+from selfmotion.arms.placement import ArmPlacement
 from selfmotion.arms.planar import PlanarArm
 from selfmotion.arms.protocols import Breakpoints, Cause, FreeJoint, RedundantArm, SelfMotion
 from selfmotion.arms.radii import Radii
@@ -19,6 +20,7 @@ ARMS: dict[str, Callable[..., RedundantArm]] = {PlanarArm.kind: PlanarArm, "name
 __all__ = [
     "ARMS",
     "CATALOGUE",
+    "ArmPlacement",
     "Breakpoints",
     "Cause",
     "FreeJoint",

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from selfmotion._checks import LARGEST, branch_index, finite_array, number, read_only
-from selfmotion._types import BoolArray, FloatArray, IntArray, Limits, Vector
+from selfmotion._types import ArmPlace, BoolArray, FloatArray, IntArray, Limits, Vector
 from selfmotion.angles import TAU, wrap
 from selfmotion.arms._kernels import planar_ik, planar_rates
 from selfmotion.arms.cells import Cover
 from selfmotion.arms.limits import JointBox, JointLimits
+from selfmotion.arms.placement import ArmPlacement
 from selfmotion.arms.planar_self_motion import PlanarLine, PlanarSelfMotion
 from selfmotion.arms.radii import Radii, radii_of
 from selfmotion.arms.slabs import SlabCover
@@ -42,6 +43,9 @@ class PlanarArm:
     direction : float, optional
         Absolute direction that the last link must keep [rad]. It takes one degree of redundancy away, and
         needs n ≥ 4.
+    placement : mapping, optional
+        Where the arm stands in space, for what is written for others; see :class:`~selfmotion.arms.ArmPlacement`. Tool,
+        path and plan stay in the arm's plane.
 
     Attributes
     ----------
@@ -70,7 +74,9 @@ class PlanarArm:
     branches: tuple[str, ...] = ("positive", "negative")
     rigorous = True
 
-    def __init__(self, links: Vector, limits: Limits = None, direction: float | None = None) -> None:
+    def __init__(
+        self, links: Vector, limits: Limits = None, direction: float | None = None, placement: ArmPlace = None
+    ) -> None:
         self.links = read_only(finite_array("links", links, 1))
         self.n = len(self.links)
         least = 3 if direction is None else 4
@@ -89,6 +95,7 @@ class PlanarArm:
         self.limits = JointLimits(limits, self.n)
         self.direction = None if direction is None else number("direction", direction, -1e3, 1e3)
         self.n_u = self.n - 2 - (self.direction is not None)
+        self.placement = ArmPlacement.of("placement", placement, self.n)
 
     def __repr__(self) -> str:
         extra = "" if self.direction is None else f", direction={self.direction!r}"
@@ -337,7 +344,7 @@ class PlanarArm:
         """
         more = np.asarray(slack if upper is None else upper, dtype=float)
         ends = zip(self.limits.lower - np.asarray(slack, dtype=float), self.limits.upper + more, strict=True)
-        return PlanarArm(self.links, list(ends), self.direction)
+        return PlanarArm(self.links, list(ends), self.direction, self.placement)
 
     def u_of(self, q: ArrayLike) -> FloatArray:
         """Return the redundancy vector of a posture, in [−π, π], shape (..., n_u)."""

@@ -14,6 +14,7 @@ from selfmotion.exchange.structure import sampled_lines, sampled_object, structu
 from selfmotion.exchange.svg_file import read_svg
 from selfmotion.exchange.timed_file import TimedRows, load_trajectory, save_trajectory
 from selfmotion.exchange.trajectory import Trajectory, motion_csv, read_trajectory, trajectory_csv
+from selfmotion.exchange.urdf_file import save_urdf
 from selfmotion.exchange.waypoint_file import load_waypoints
 
 __all__ = [
@@ -42,6 +43,7 @@ __all__ = [
     "sampled_object",
     "save_plan",
     "save_trajectory",
+    "save_urdf",
     "structure_lines",
     "structure_object",
     "trajectory_csv",

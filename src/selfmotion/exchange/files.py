@@ -11,6 +11,7 @@ from pathlib import Path
 
 from selfmotion._version import __version__
 from selfmotion.errors import InvalidInputError
+from selfmotion.units import UNITS as UNITS  # noqa: PLC0414 (where readers of files look for them)
 
 MANIFEST = ".selfmotion.json"
 """Lists what selfmotion wrote into a folder, with checksums: only that may be replaced unasked."""
@@ -82,6 +83,7 @@ class OutputFolder:
             As :meth:`check`, or if the disk refuses.
         """
         self.check(contents)
+        staged: list[tuple[Path, str]] = []
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             manifest = self._manifest()
@@ -89,8 +91,8 @@ class OutputFolder:
             gone = {name for name in gone if manifest.pop(name, None) == _checksum_of(self.path / name)}
             manifest.update({name: _checksum(data) for name, data in contents.items()})
             record = json.dumps({"generator": f"selfmotion {__version__}", "files": manifest}, indent=1)
-            staged = [(self._stage(data), name) for name, data in contents.items()]
-            staged.append((self._stage(record.encode()), MANIFEST))
+            for name, data in [*contents.items(), (MANIFEST, record.encode())]:
+                staged.append((self._stage(data), name))
             for temporary, name in staged:
                 os.replace(temporary, self.path / name)
             for name in gone:
@@ -98,17 +100,21 @@ class OutputFolder:
         except OSError as error:
             raise _cannot_write(self.path, error) from None
         finally:
-            for leftover in self.path.glob(".selfmotion-*.tmp"):
+            for leftover, _ in staged:  # nobody else's: another run may be writing here too
                 leftover.unlink(missing_ok=True)
         return [self.path / name for name in contents]
 
     def _stage(self, data: bytes) -> Path:
         handle, name = tempfile.mkstemp(prefix=".selfmotion-", suffix=".tmp", dir=self.path)
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(name, 0o666 & ~_umask())
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            os.chmod(name, 0o666 & ~_umask())
+        except OSError:
+            os.unlink(name)
+            raise
         return Path(name)
 
     def _manifest(self) -> dict[str, str]:
@@ -150,11 +156,20 @@ def read_text(file: str | os.PathLike[str], largest: int = 200_000_000) -> str:
     InvalidInputError
         If it cannot be read, is larger than `largest` bytes, or is not text.
     """
-    data = read_bytes(file, largest)
+    return as_text(read_bytes(file, largest), os.fspath(file))
+
+
+def as_text(data: bytes, source: str) -> str:
+    """Return the text of a UTF-8 file that was read.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is not text.
+    """
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        source = os.fspath(file)
         raise InvalidInputError("", "is not a UTF-8 text file", "is it the right file?", source=source) from None
 
 

@@ -176,8 +176,9 @@ def _modules_from(given: Any, problem: Problem) -> ChainCurve:
 
 def _arm_object(arm: RedundantArm) -> dict[str, Any]:
     if type(arm) is PlanarArm:
-        limits = arm.limits.as_list()
-        return {"kind": "planar", "links": arm.links, "limits": limits, "direction": arm.direction}
+        placement = None if arm.placement is None else arm.placement.as_mapping()
+        given = {"links": arm.links, "limits": arm.limits.as_list(), "direction": arm.direction}
+        return {"kind": "planar", **given, "placement": placement}
     from selfmotion.arms.chain_arm import ChainArm  # compiled kernels, which planar arms do without
 
     if isinstance(arm, ChainArm):

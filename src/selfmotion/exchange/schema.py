@@ -19,12 +19,14 @@ from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictInt, Valida
 from selfmotion._checks import choice
 from selfmotion._types import FileName
 from selfmotion.arms import ARMS
+from selfmotion.arms.placement import PLANES
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.path_kinds import FILE_PATHS
 from selfmotion.objectives import OBJECTIVES
 from selfmotion.optimizers import OPTIMIZERS, Optimizer
 from selfmotion.paths import PATHS, Path
 from selfmotion.planners import PLANNERS, Planner
+from selfmotion.units import UNITS
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Pair = Annotated[list[Number], Field(min_length=2, max_length=2)]
@@ -74,6 +76,21 @@ class FollowForm(_Form):
     up: Triple
 
 
+class PlacementForm(_Form):
+    """Where a planar arm stands: its base [m], its plane in one of five ways, the unit of its links, and names."""
+
+    base: Triple | None = None
+    plane: Literal[PLANES] | None = None  # type: ignore[valid-type]
+    quaternion: Quaternion | None = None
+    matrix: Matrix | None = None
+    rpy: Triple | None = None
+    x_axis: Triple | None = None
+    y_axis: Triple | None = None
+    unit: Literal[tuple(UNITS)] | None = None  # type: ignore[valid-type]
+    frame: str | None = None
+    joints: list[str] | None = None
+
+
 _BY_MARK = {
     "vector": list[Number],
     "point": Pair,
@@ -90,6 +107,7 @@ _BY_MARK = {
     "file": str,
     "limits": list[LimitPair | None] | None,
     "box": Pair | list[Pair],
+    "placement": PlacementForm | None,
 }
 _SECTIONS: dict[str, Mapping[str, Callable[..., Any]]] = {
     "arm": ARMS,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -47,6 +48,11 @@ def motion_csv(arm: RedundantArm, r: FloatArray, q: FloatArray, u: FloatArray) -
     """
     table = np.column_stack([r, q, u])
     header = ["r", *(f"q{j + 1}" for j in range(arm.n)), *(f"u{j + 1}" for j in range(arm.n_u))]
+    return csv_bytes(header, table)
+
+
+def csv_bytes(header: Sequence[str], table: FloatArray) -> bytes:
+    """Return a table as CSV, 17 digits, which give every number back."""
     lines = [",".join(header), *(",".join(f"{value:.17g}" for value in row) for row in table)]
     return ("\n".join(lines) + "\n").encode()
 

@@ -30,6 +30,7 @@ from selfmotion.plot.proof import draw_proof
 from selfmotion.plot.spread import draw_spread
 from selfmotion.plot.style import COLUMN, figure, image_files, rendered
 from selfmotion.plot.sweep import draw_extreme_postures, draw_posture_interval, draw_sweep
+from selfmotion.plot.timed import draw_velocities
 from selfmotion.plot.workspace import draw_workspace
 from selfmotion.problem import Problem
 
@@ -127,6 +128,7 @@ __all__ = [
     "draw_spread",
     "draw_sweep",
     "draw_tube",
+    "draw_velocities",
     "draw_workspace",
     "figure",
     "figure_data",

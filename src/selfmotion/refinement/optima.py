@@ -29,6 +29,7 @@ _LEVELS = 8
 _EXACT = 1e-7  # a cost that two quadratures agree upon to this part needs no finer knots …
 _AGREED, _LOOSE = 0.1, 1e-4  # … nor one to this part of the tolerance, if that is loose
 _MEASURED = 1e-3  # of the tolerance: error of a motion's cost
+_MOST_PANELS = 1500  # for that: candidates that jump, and will not hold, cannot be measured at all
 _ROUGH = 1e-6  # correction [rad] of spans that are bisected, or those corrected by half the largest if that is less
 _COARSE_TOLERANCE = 1e-7  # of Newton's method on the coarse level
 _REFINED = 3  # optima that are refined to the end, at most, once one of them holds
@@ -229,7 +230,7 @@ class Optima:
         def speed(r: FloatArray) -> FloatArray:
             return objective.chord(motion.rates(r), np.ones(len(r)), weights)
 
-        return integrate(speed, motion.space.edges, _MEASURED * self.tolerance).value
+        return integrate(speed, motion.space.edges, _MEASURED * self.tolerance, _MOST_PANELS).value
 
 
 def _corrections(motion: ClosedSpline) -> FloatArray:

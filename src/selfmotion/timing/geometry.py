@@ -27,6 +27,8 @@ class Geometry:
         0, the breaks of the motion, and 1; between them it is smooth.
     corners : array of bool, shape (p + 1,)
         At which of them the joints' rates jump, so that the arm must stand still there; the ends count as such.
+    knots : array, shape (k,)
+        Where the third derivative may jump: the second one may have a peak there that is nowhere else near.
     """
 
     def __init__(self, plan: Plan) -> None:
@@ -34,6 +36,9 @@ class Geometry:
         breaks = np.asarray(getattr(plan.motion, "breaks", self.path.breaks))
         self.edges = np.unique(np.concatenate([[0.0], breaks, [1.0]]))
         self.corners = self._corners()
+        space, curve = getattr(plan.motion, "space", None), getattr(plan.motion, "curve", None)
+        splines = [space.edges] if space is not None else [getattr(getattr(curve, "profile", None), "knots", [])]
+        self.knots = np.unique(np.concatenate([*splines, self.path.waypoints]))
 
     def _corners(self) -> BoolArray:
         inner = self.edges[1:-1]

@@ -15,8 +15,11 @@ from selfmotion.timing.geometry import Geometry
 
 _CELLS, _FEWEST, _MOST = 200, 24, 6000  # of the grid: of all the path, of a piece at least, of a piece at most
 _ROUNDS = 12
-_BESIDE = 1e-7  # a break of the second derivative: how far from it a grid point is on either side
-_INSIDE = np.array([0.0005, 0.25, 0.5, 0.75, 0.9995])  # of a cell, where the law is checked
+_LEAST = 1e-5  # width of a cell, as a part of its piece; in smaller ones differences of speeds are all rounding
+_SIDE = 1e-9  # of a break, in r
+_INSIDE = np.array(
+    [0.0005, 0.02, 0.05, *np.linspace(0.1, 0.9, 9), 0.95, 0.98, 0.9995]
+)  # of a cell: where it is checked
 _FINE = 1e-4  # by which a law may be too fast between grid points without being refined
 _SETTLED = 5e-3  # change of the duration when all cells are halved, which makes more of it not worth its time
 _CAUTION = 5e-5  # slower than what was checked asks for
@@ -102,10 +105,11 @@ def fastest(geometry: Geometry, limits: Limits) -> Law:
     -----
     Pieces between corners are timed one by one, from rest to rest. H. Pham, Q.-C. Pham, *A new approach to time-optimal
     path parameterization based on reachability analysis* (2018), gives dr/dt at grid points, where alone it looks at
-    the limits. Cells inside which the law breaks them are halved until it hardly does, and what is left is taken away
-    by slowing the piece down as a whole, which keeps its shape.
+    the limits: here at both ends of each cell, by the derivatives on its side. Cells inside which the law breaks them
+    are halved until it hardly does, and what is left is taken away by slowing the piece down as a whole, which keeps
+    its shape.
     """
-    solver = _toppra()
+    solver = toppra()
     corners = geometry.edges[geometry.corners]
     laws = [_piece(solver, geometry, limits, a, b) for a, b in pairwise(corners)]
     r = np.concatenate([law[0][:-1] for law in laws] + [[1.0]])
@@ -113,8 +117,14 @@ def fastest(geometry: Geometry, limits: Limits) -> Law:
     return Law(r, speed)
 
 
-def _toppra() -> Any:
-    """Return the package toppra."""
+def toppra() -> Any:
+    """Return the package toppra.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is not installed.
+    """
     try:
         for part in ("algorithm", "constraint", "interpolator"):
             importlib.import_module(f"toppra.{part}")
@@ -125,12 +135,7 @@ def _toppra() -> Any:
 
 def _piece(solver: Any, geometry: Geometry, limits: Limits, a: float, b: float) -> tuple[FloatArray, FloatArray]:
     """Return grid points and dr/dt there between two corners."""
-    inner = geometry.edges[(geometry.edges > a + 2 * _BESIDE) & (geometry.edges < b - 2 * _BESIDE)]
-    cells = max(_FEWEST, int(_CELLS * (b - a)))
-    grid = np.unique(np.concatenate([np.linspace(a, b, cells + 1), inner - _BESIDE, inner + _BESIDE]))
-    # A grid point too near to its neighbour tells nothing; those beside breaks and the ends stay.
-    kept = np.concatenate([inner - _BESIDE, inner + _BESIDE, [a, b]])
-    grid = grid[np.isin(grid, kept) | (np.abs(grid[:, None] - kept).min(axis=1) > 2 * _BESIDE)]
+    grid = _grid(geometry, a, b)
     best: tuple[float, FloatArray, FloatArray] | None = None
     settled = np.inf  # the duration when the grid was halved as a whole
     for _ in range(_ROUNDS):
@@ -149,7 +154,7 @@ def _piece(solver: Any, geometry: Geometry, limits: Limits, a: float, b: float) 
                 if abs(time - settled) <= _SETTLED * time:
                     break
                 halved, settled = np.ones(len(grid) - 1, dtype=bool), time
-        halved &= np.diff(grid) > 4 * _BESIDE
+        halved &= np.diff(grid) > 2 * _LEAST * (b - a)
         if not halved.any() or len(grid) + halved.sum() > _MOST:
             break
         grid = np.sort(np.concatenate([grid, (0.5 * (grid[1:] + grid[:-1]))[halved]]))
@@ -158,10 +163,26 @@ def _piece(solver: Any, geometry: Geometry, limits: Limits, a: float, b: float) 
     return best[1], best[2]
 
 
+def _grid(geometry: Geometry, a: float, b: float) -> FloatArray:
+    """Return the first grid points: at breaks and knots, and evenly apart between."""
+    least = _LEAST * (b - a)
+    inner = geometry.edges[(geometry.edges > a + least) & (geometry.edges < b - least)]
+    cells = max(_FEWEST, int(_CELLS * (b - a)))
+    grid = np.concatenate([[a], inner, [b]])
+    for more in (geometry.knots[(geometry.knots > a) & (geometry.knots < b)], np.linspace(a, b, cells + 1)):
+        apart = more[np.diff(more, prepend=-1.0) > least]
+        right = np.clip(np.searchsorted(grid, apart), 1, len(grid) - 1)
+        nearest = np.minimum(np.abs(apart - grid[right - 1]), np.abs(apart - grid[right]))
+        grid = np.sort(np.concatenate([grid, apart[nearest > 0.9 * least]]))
+    return grid
+
+
 def _solved(solver: Any, geometry: Geometry, limits: Limits, grid: FloatArray) -> FloatArray | None:
     """Return (dr/dt)² at the grid points by toppra, None where it fails."""
-    ends = np.clip(grid, grid[0], grid[-1] - 1e-9)
+    ends = np.clip(grid, grid[0], grid[-1] - _SIDE)
     rates, bends = geometry.derivatives(ends)
+    # Of each cell at its end too, from its own side: there accelerations may jump.
+    later = [np.concatenate([part, part[-1:]]) for part in geometry.derivatives(grid[1:] - _SIDE)]
     with np.errstate(divide="ignore"):
         most = np.min(limits.velocity / np.abs(rates), axis=1)
         most = np.minimum(most, limits.tool_speed / geometry.tool_speed(ends))
@@ -172,24 +193,26 @@ def _solved(solver: Any, geometry: Geometry, limits: Limits, grid: FloatArray) -
     unit = min(float(np.median(most)), swing)
     most = np.minimum(most / unit, _UNBOUNDED)
     s = (grid - grid[0]) / unit
-    return _reachable(solver, s, rates * unit, bends * unit**2, limits.acceleration, most, unit)
+    both = np.stack([rates, later[0]]) * unit, np.stack([bends, later[1]]) * unit**2
+    return _reachable(solver, s, *both, limits.acceleration, most, unit)
 
 
 def _reachable(
     solver: Any, s: FloatArray, rates: FloatArray, bends: FloatArray, acceleration: FloatArray, most: FloatArray,
     unit: float,
 ) -> FloatArray | None:  # fmt: skip
-    """Return (dr/dt)², s being r/unit with derivatives of the joints at the grid points s."""
+    """Return (dr/dt)², s being r/unit; derivatives of the joints are those at each cell's start, and at its end."""
+    points, n = len(s), len(acceleration)
 
     class Curve(solver.interpolator.AbstractGeometricPath):  # type: ignore[misc]
-        """The motion at the grid points; nothing else of it is asked for."""
+        """Where the motion begins and ends; nothing else of it is asked for."""
 
-        dof = rates.shape[1]
+        dof = n
         path_interval = np.array([s[0], s[-1]])
         waypoints = None
 
         def __call__(self, _: Any, order: int = 0) -> FloatArray:
-            return (rates, rates, bends)[order]
+            return rates[0]
 
     class Fastest(solver.constraint.LinearConstraint):  # type: ignore[misc]
         """The bound on ds/dt by joints and tool."""
@@ -198,11 +221,22 @@ def _reachable(
             bound = np.stack([np.zeros_like(most), most**2], axis=1)
             return (None, None, None, None, None, None, bound)
 
-    scale = acceleration  # each joint in units of its limit, for the solver's tolerances
-    rates, bends = rates / scale, bends / scale
-    both = np.stack([-np.ones(len(scale)), np.ones(len(scale))], axis=1)
-    constraints = [Fastest(), solver.constraint.JointAccelerationConstraint(both)]
-    instance = solver.algorithm.TOPPRA(constraints, Curve(), gridpoints=s, solver_wrapper="seidel")
+    class Strongest(solver.constraint.LinearConstraint):  # type: ignore[misc]
+        """The bounds on accelerations of joints, each in units of its limit, at both ends of a cell.
+
+        Over a cell of width d the square of ds/dt goes from x to x + 2 d u, where u is the acceleration of s.
+        """
+
+        def compute_constraint_params(self, *_: Any, **__: Any) -> tuple[Any, ...]:
+            width = np.diff(s, append=s[-1])[:, None]
+            of_u = np.hstack([rates[0], rates[1] + 2.0 * width * bends[1]]) / np.tile(acceleration, 2)
+            of_x = np.hstack([bends[0], bends[1]]) / np.tile(acceleration, 2)
+            sides = np.vstack([np.eye(2 * n), -np.eye(2 * n)])
+            return of_u, of_x, np.zeros((points, 2 * n)), sides, np.ones(4 * n), None, None
+
+    strongest = Strongest()
+    strongest.identical = True  # the same sides at all points
+    instance = solver.algorithm.TOPPRA([Fastest(), strongest], Curve(), gridpoints=s, solver_wrapper="seidel")
     instance.compute_parameterization(0.0, 0.0)
     found = instance.problem_data.sd_vec
     if found is None or not np.isfinite(found).all() or (found[1:] + found[:-1] <= 0.0).any():

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from selfmotion._checks import positive
 from selfmotion._types import FloatArray
+from selfmotion.arms import RedundantArm
 from selfmotion.errors import InvalidInputError
 from selfmotion.plans import Plan
 from selfmotion.timing.geometry import Geometry
@@ -17,7 +18,7 @@ from selfmotion.timing.law import Law, Limits, loads
 
 MOST_ROWS = 5_000_000
 _SHORT = 0.003  # part of the path that is no stretch of its own
-_SAME = 1e-9  # parts of a step that the end may be from the last one
+_SAME = 1e-3  # parts of a step: the last row is at the end, and not in two rows that clocks cannot tell apart
 
 
 @dataclass(frozen=True)
@@ -64,13 +65,15 @@ class TimedTrajectory:
     Attributes
     ----------
     t : array, shape (k,)
-        Times [s]: every multiple of 1/rate, and the end.
+        Times [s]: every multiple of 1/rate, and the end; no step is longer than 1.001/rate.
     r : array, shape (k,)
         Path parameters.
     q, dq, ddq : array, shape (k, n)
         Joint angles [rad], velocities [rad/s] and accelerations [rad/s²]; with m for rad of a joint that slides.
     joint_names : tuple of str
-        The arm's, in its order; ``joint1``, ``joint2``, … of planar arms.
+        The arm's, in its order; of planar arms those of their placement, ``joint1``, ``joint2``, … without one.
+    frame_id : str
+        The frame that the arm stands in: of arms in space the base link's, of planar ones that of their placement.
     """
 
     def __init__(self, plan: Plan, law: Law, limits: Limits, rate: float = 100.0) -> None:
@@ -85,9 +88,7 @@ class TimedTrajectory:
         self.t = t
         self.r = law(t).r
         self.q, self.dq, self.ddq = self.states(t)
-        chain = getattr(plan.problem.arm, "chain", None)
-        count = range(1, plan.problem.arm.n + 1)
-        self.joint_names: tuple[str, ...] = tuple(f"joint{j}" for j in count) if chain is None else chain.names
+        self.joint_names, self.frame_id = _named(plan.problem.arm)
 
     def __repr__(self) -> str:
         return f"TimedTrajectory({self.duration:.6g} s, {len(self.t)} rows)"
@@ -124,11 +125,14 @@ class TimedTrajectory:
 
     @cached_property
     def jerk(self) -> FloatArray:
-        """Largest change of each joint's acceleration from one sample to the next, by time, shape (n,) [rad/s³].
+        """Largest change of each joint's acceleration from one row to the next, times the rate, shape (n,) [rad/s³].
 
-        A fastest law jumps from one acceleration to another, so that this grows with the rate without bound.
+        Before the first row and after the last the arm stands still. A fastest law jumps from one acceleration to
+        another, so that this grows with the rate without bound.
         """
-        return np.asarray((np.abs(np.diff(self.ddq, axis=0)) / np.diff(self.t)[:, None]).max(axis=0))
+        rest = np.zeros((1, self.ddq.shape[1]))
+        steps = np.abs(np.diff(np.concatenate([rest, self.ddq, rest]), axis=0))
+        return np.asarray(steps.max(axis=0) * self.rate)
 
     @cached_property
     def stops(self) -> tuple[float, ...]:
@@ -169,3 +173,12 @@ class TimedTrajectory:
             slowest, rest = float(part[places].min() * wanted), not moved.speed[places].all()
             found.append(Slow(*ends, slowest, "velocity" if limit >= n else "acceleration", limit % n + 1, rest))
         return tuple(found)
+
+
+def _named(arm: RedundantArm) -> tuple[tuple[str, ...], str]:
+    """Return the names of an arm's joints, and of the frame that it stands in."""
+    chain, placement = getattr(arm, "chain", None), getattr(arm, "placement", None)
+    if chain is not None:
+        return chain.names, chain.base
+    names = None if placement is None else placement.joints
+    return names or tuple(f"joint{j}" for j in range(1, arm.n + 1)), "" if placement is None else placement.frame
