@@ -60,6 +60,21 @@ def test_faults_between_the_samples_are_found(seed_problem, seed_plan, change, c
     assert check in {failure.check for failure in failures}
 
 
+def test_a_jump_is_not_smoothed_over_by_leaving_the_path_for_a_moment(seed_problem, seed_plan):
+    """From one exact motion to another in a ten-millionth of the path, which is continuous."""
+    arm, path = seed_problem.arm, seed_problem.path
+
+    def motion(r):
+        q = seed_plan(r)
+        aside = arm.solve(path(r), arm.u_of(q) + 0.02, int(arm.branch_of(q)[0]))[0]
+        way = np.clip((r - 0.500123) / 1e-7, 0.0, 1.0)[:, None]
+        return (1 - way) * q + way * arm.limits.lift(aside[None].copy(), q[0]).q[0]
+
+    failures = verify_motion(seed_problem, motion).failures
+    assert [failure.check for failure in failures] == ["tracking"]
+    assert failures[0].r == pytest.approx(0.500123, abs=1e-6)
+
+
 def test_tracking_is_measured_between_the_samples(seed_problem, seed_plan):
     between = 1200.5 / (4 * 999)  # of the places that are looked at
     fault = broken(seed_plan, lambda r, q: q + dip(r, between, 4e-5, 1.5e-5)[:, None])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -93,6 +94,16 @@ def finite_or_none(margin: float) -> float | None:
     return float(margin) if np.isfinite(margin) else None
 
 
+class _Jump(NamedTuple):
+    """The largest step left where steps were bisected: r, the step and its joint; and where the path was left most."""
+
+    r: float
+    step: float
+    joint: int
+    lost: float
+    off: float
+
+
 def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) -> Verification:
     """Measure tracking, limits, continuity, elbow and end postures of a motion, at its samples and between them.
 
@@ -109,7 +120,8 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
     Notes
     -----
     The motion is looked at four times per sample interval; dips that may go deeper in between are zoomed into, and the
-    largest steps bisected: a step that does not shrink is a jump. This finds what a sample misses; it is no proof.
+    largest steps bisected: a step that does not shrink is a jump, and so is one across which the path is left. This finds
+    what a sample misses; it is no proof.
     """
     arm, path = problem.arm, problem.path
     rows = problem.rows
@@ -122,6 +134,9 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
     looked_at = in_blocks(motion, grid, _AT_ONCE)
     seen = in_blocks(lambda k: slack(grid[k], looked_at[k]), np.arange(len(grid)), _AT_ONCE)
     at, least = _least(lambda r: slack(r, motion(r)), grid, seen, TRACKING * arm.reach)
+    jump = _largest_jump(motion, lambda q, r: arm.task_error(q, path(r)), grid, looked_at)
+    if jump.off > -least[0]:
+        at[0], least[0] = jump.lost, -jump.off
     failures = []
     if -least[0] > TRACKING * arm.reach:
         failures.append(Failure("tracking", at[0], -least[0], TRACKING * arm.reach))
@@ -129,9 +144,8 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
     found = elbow_failures(problem, grid, looked_at) + end_failures(problem, looked_at)
     found += closure_failures(problem, looked_at)
     failures += [replace(failure, row=None) for failure in found]  # a continuous motion has no rows
-    where, jump, joint = _largest_jump(motion, grid, looked_at)
-    if jump > JUMP:
-        failures.append(Failure("continuity", where, jump, JUMP, joint=joint + 1))
+    if jump.step > JUMP:
+        failures.append(Failure("continuity", jump.r, jump.step, JUMP, joint=jump.joint + 1))
     step = float(np.abs(np.diff(looked_at[np.searchsorted(grid, rows)], axis=0)).max())
     return Verification(-least[0], finite_or_none(min(least[1:])), step, tuple(failures))
 
@@ -227,19 +241,24 @@ def _dips(series: FloatArray, bar: float) -> IntArray:
 
 
 def _largest_jump(
-    motion: Callable[[FloatArray], FloatArray], grid: FloatArray, q: FloatArray
-) -> tuple[float, float, int]:
-    """Bisect the largest steps of `q` on the grid towards their steeper half; return r, what is left, and its joint."""
+    motion: Callable[[FloatArray], FloatArray], error: Callable[[FloatArray, FloatArray], FloatArray], grid: FloatArray,
+    q: FloatArray,
+) -> _Jump:  # fmt: skip
+    """Bisect the largest steps of `q` on the grid towards their steeper half, looking at the tracking error there."""
     worst = np.argsort(np.abs(np.diff(q, axis=0)).max(axis=1))[-_PLACES:]
     low, high, q_low, q_high = grid[worst], grid[worst + 1], q[worst], q[worst + 1]
+    lost, off = float(grid[0]), 0.0
     for _ in range(_BISECTIONS):
         if np.abs(q_high - q_low).max() < _NO_JUMP:
             break
         middle = 0.5 * (low + high)
         q_middle = motion(middle)
+        miss = error(q_middle, middle)
+        if miss.max() > off:
+            lost, off = float(middle[miss.argmax()]), float(miss.max())
         first = np.abs(q_middle - q_low).max(axis=1) >= np.abs(q_high - q_middle).max(axis=1)
         low, q_low = np.where(first, low, middle), np.where(first[:, None], q_low, q_middle)
         high, q_high = np.where(first, middle, high), np.where(first[:, None], q_middle, q_high)
     steps = np.abs(q_high - q_low)
     place, joint = np.unravel_index(int(np.argmax(steps)), steps.shape)
-    return float(low[place]), float(steps[place, joint]), int(joint)
+    return _Jump(float(low[place]), float(steps[place, joint]), int(joint), lost, off)

@@ -29,7 +29,8 @@ _LEVELS = 8
 _EXACT = 1e-7  # a cost that two quadratures agree upon to this part needs no finer knots …
 _AGREED, _LOOSE = 0.1, 1e-4  # … nor one to this part of the tolerance, if that is loose
 _MEASURED = 1e-3  # of the tolerance: error of a motion's cost
-_MOST_PANELS = 1500  # for that: candidates that jump, and will not hold, cannot be measured at all
+_MOST_PANELS = 1500  # for that
+_SURE = 1e-2  # error of a cost, as a part of it, above which a motion jumps or leaves the path somewhere
 _ROUGH = 1e-6  # correction [rad] of spans that are bisected, or those corrected by half the largest if that is less
 _COARSE_TOLERANCE = 1e-7  # of Newton's method on the coarse level
 _REFINED = 3  # optima that are refined to the end, at most, once one of them holds
@@ -203,7 +204,7 @@ class Optima:
             space, motion = optimum.collocation.space, optimum.motion
             cost = self.cost_of(motion)
             blur = abs(cost - optimum.cost)  # by rounding and by what the spline is corrected
-            settled = abs(cost - before) <= tolerance * cost or blur <= agreed * cost
+            settled = np.isfinite(cost) and (abs(cost - before) <= tolerance * cost or blur <= agreed * cost)
             sharp = width <= _NARROWEST or blur <= tolerance * cost
             correction = _corrections(motion)
             rough = correction > min(_ROUGH, 0.5 * correction.max())
@@ -221,7 +222,7 @@ class Optima:
         return replace(optimum, cost=self.cost_of(optimum.motion), settled=True)
 
     def cost_of(self, motion: ClosedSpline) -> float:
-        """Return the true cost of a motion, to a small part of the tolerance.
+        """Return the true cost of a motion, to a small part of the tolerance; infinite if it cannot be measured.
 
         The quadrature of its spline is not enough: motions may start as steeply as a square root, at singular postures.
         """
@@ -230,7 +231,8 @@ class Optima:
         def speed(r: FloatArray) -> FloatArray:
             return objective.chord(motion.rates(r), np.ones(len(r)), weights)
 
-        return integrate(speed, motion.space.edges, _MEASURED * self.tolerance, _MOST_PANELS).value
+        found = integrate(speed, motion.space.edges, _MEASURED * self.tolerance, _MOST_PANELS)
+        return found.value if found.error <= _SURE * found.value else np.inf
 
 
 def _corrections(motion: ClosedSpline) -> FloatArray:
