@@ -120,8 +120,8 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
     Notes
     -----
     The motion is looked at four times per sample interval; dips that may go deeper in between are zoomed into, and the
-    largest steps bisected: a step that does not shrink is a jump, and so is one across which the path is left. This finds
-    what a sample misses; it is no proof.
+    largest steps bisected: a step that does not shrink is a jump, and so is one across which the path is left. This
+    finds what a sample misses; it is no proof.
     """
     arm, path = problem.arm, problem.path
     rows = problem.rows
