@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import selfmotion as sm
-from selfmotion import cli
+from selfmotion.commands.printed import json_text
 from selfmotion.plans import RESULT_FIELDS
 
 GLOBAL = {"kind": "global", "gap": 1e-3}
@@ -87,7 +87,7 @@ def test_a_blocked_problem_is_3_with_its_proof_in_json(run, tmp_path):
 
 
 def test_what_is_not_known_while_no_motion_was_found_is_null_in_json():
-    assert read(cli._json({"levels": [{"cost": np.inf}, (np.nan, 1.0)]})) == {"levels": [{"cost": None}, [None, 1.0]]}
+    assert read(json_text({"levels": [{"cost": np.inf}, (np.nan, 1.0)]})) == {"levels": [{"cost": None}, [None, 1.0]]}
 
 
 def test_verify_says_how_far_from_the_best_possible(run, seed_file, written, seed_plan):

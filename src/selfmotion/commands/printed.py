@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from selfmotion.optimizers import Progress
 
 
-def _compared(result: dict[str, Any]) -> list[str]:
+def comparison_lines(result: dict[str, Any]) -> list[str]:
     """Return the lines of a comparison."""
     estimated = "estimated_bound" in result
     gap = "estimated_gap" if estimated else "gap"
@@ -38,31 +38,32 @@ def _compared(result: dict[str, Any]) -> list[str]:
     motions = result["motions"]
     rows = [
         (
-            row["name"], _yes(row["holds"]), shown(row["cost"]), shown(row.get(gap), ".2%"), shown(row["cost_sampled"]),
-            shown(row["l2_waypoints"]), shown(row["max_joint_step"], ".3g"), shown(row["jumps"], "d"),
-            shown(row["seconds"], ".2f", " s"),
+            row["name"], yes_or_no(row["holds"]), shown(row["cost"]), shown(row.get(gap), ".2%"),
+            shown(row["cost_sampled"]), shown(row["l2_waypoints"]), shown(row["max_joint_step"], ".3g"),
+            shown(row["jumps"], "d"), shown(row["seconds"], ".2f", " s"),
         )
         for row in motions
     ]  # fmt: skip
     says = "no motion costs less than" if not estimated else "motions are estimated to cost no less than"
     bound = result["estimated_bound" if estimated else "lower_bound"]
     lines = [f"objective {result['objective']}: {says} {bound:.6g}"]
-    lines += _table(header, rows)
+    lines += table_lines(header, rows)
     return lines + [f"{row['name']}: {row['why_not']}" for row in motions if row["why_not"]]
 
 
-def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+def table_lines(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     """Return the lines of a table, columns two spaces apart."""
     widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in (header, *rows)]
     return [line.rstrip() for line in lines]
 
 
-def _yes(value: bool) -> str:
+def yes_or_no(value: bool) -> str:
+    """Return a word."""
     return "yes" if value else "no"
 
 
-def _say(text: str) -> None:
+def say(text: str) -> None:
     """Print to stdout; a reader that has gone away changes nothing, a full disk is said."""
     try:
         print(text.removesuffix("\n"), flush=True)
@@ -73,7 +74,7 @@ def _say(text: str) -> None:
         raise InvalidInputError("stdout", f"cannot be written to ({error.strerror})", "make room") from None
 
 
-def _failure(error: SelfMotionError) -> dict[str, Any]:
+def failure_object(error: SelfMotionError) -> dict[str, Any]:
     """Return the result object of a run that ended without a motion."""
     from selfmotion.plans import result_object
 
@@ -87,7 +88,8 @@ def _failure(error: SelfMotionError) -> dict[str, Any]:
     return result_object(status=error.status, **found, error=details)
 
 
-def _blocked(part: Any) -> dict[str, Any]:
+def blocked_object(part: Any) -> dict[str, Any]:
+    """Return a blocked part of a path, and what blocks it, as JSON has it."""
     return {"r": list(part.r), "cause": part.cause, "short_by": part.short_by, "limits": list(part.limits)}
 
 
@@ -95,7 +97,7 @@ def _infeasibility(error: InfeasibleError) -> dict[str, Any]:
     """Return what is known of a problem without a motion."""
     from dataclasses import asdict
 
-    found: dict[str, Any] = {"blocked": [_blocked(part) for part in error.blocked]}
+    found: dict[str, Any] = {"blocked": [blocked_object(part) for part in error.blocked]}
     found["needs"] = [asdict(need) for need in error.needs]
     found["proof"] = None if error.proof is None else asdict(error.proof)
     if error.reconfigured is not None:
@@ -106,7 +108,7 @@ def _infeasibility(error: InfeasibleError) -> dict[str, Any]:
     return found
 
 
-def _verdict(summary: dict[str, Any], unit: str) -> str:
+def plan_lines(summary: dict[str, Any], unit: str) -> str:
     """Return what is said of a plan, steps and margins in the `unit` of its arm's joints."""
     parameters = summary["parameters"]
     chosen = [f"{name} = {value:.6g}" for name, value in parameters.items() if isinstance(value, float)]
@@ -146,7 +148,8 @@ def _bound(summary: dict[str, Any]) -> list[str]:
     return []
 
 
-def _json(value: Any) -> str:
+def json_text(value: Any) -> str:
+    """Return `value` as a JSON text, with null for numbers that are not finite."""
     return json.dumps(_known(value), indent=1, allow_nan=False) + "\n"
 
 
@@ -160,7 +163,7 @@ def _known(value: Any) -> Any:
 
 
 @contextmanager
-def _progress(title: str) -> Iterator[Progress | None]:
+def shown_progress(title: str) -> Iterator[Progress | None]:
     """Give a progress callback that draws on a terminal; None, and silence, when piped."""
     if not sys.stderr.isatty():
         yield None
