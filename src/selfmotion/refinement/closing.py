@@ -18,6 +18,7 @@ from selfmotion.refinement.spline import SplineSpace
 # Joints nearer to a limit than about this are moved less [rad]: far more than corrections are, which so change little.
 _SOFT = 0.05
 _EXACT = 1e-15  # tracking at which nothing is left to gain, as a part of the reach
+_LOST = 1e-9  # tracking error, as a part of the reach, of what could not be brought onto the path
 _MOST_STEPS = 30  # of Newton's method; four are usual
 _NODES_PER_SPAN = 8  # at which the turns of u are counted
 
@@ -99,9 +100,10 @@ class ClosedSpline:
         return rates.reshape(*values.shape, self.arm.n)
 
     def correction(self, r: FloatArray) -> FloatArray:
-        """Return the largest change of a joint from s to the motion at r (k,), shape (k,) [rad]."""
+        """Return the largest change of a joint from s to the motion at r (k,), shape (k,) [rad]; infinite off the path."""
         at = self._closed(r)
-        return np.asarray(np.abs(at.q - at.s).max(axis=1))
+        lost = self.arm.task_error(at.q, self.path(r)) > _LOST * self.arm.reach
+        return np.where(lost, np.inf, np.abs(at.q - at.s).max(axis=1))
 
     def _room(self, s: FloatArray) -> FloatArray:
         """Return the room a of each joint: below the distance to either limit, infinite for a free joint."""

@@ -29,11 +29,11 @@ _LEVELS = 8
 _EXACT = 1e-7  # a cost that two quadratures agree upon to this part needs no finer knots …
 _AGREED, _LOOSE = 0.1, 1e-4  # … nor one to this part of the tolerance, if that is loose
 _MEASURED = 1e-3  # of the tolerance: error of a motion's cost
-_MOST_PANELS = 1500  # for that
+_MOST_PANELS = 800  # for that
 _SURE = 1e-2  # error of a cost, as a part of it, above which a motion jumps or leaves the path somewhere
 _ROUGH = 1e-6  # correction [rad] of spans that are bisected, or those corrected by half the largest if that is less
 _COARSE_TOLERANCE = 1e-7  # of Newton's method on the coarse level
-_REFINED = 3  # optima that are refined to the end, at most, once one of them holds
+_REFINED = 3  # optima that are refined to the end, at most, once one of them holds or time is up
 _CAUTION = 10.0  # times as much as refinement changed one cost it may change another
 _CAUTION_WITH_KINKS = 0.3  # what rounding off a kink changes, it changes of all costs alike
 _COLD, _WARM = 1e-2, 1e-5  # first weight of the barrier, far from an optimum and near it
@@ -128,7 +128,8 @@ class Optima:
         shift = 0.0  # what refinement has changed of a cost so far
         caution = _CAUTION_WITH_KINKS if self.problem.objective.has_kinks else _CAUTION
         for k, optimum in enumerate(self.found):
-            if best is not None and (k >= _REFINED or optimum.cost - caution * shift > best.cost):
+            late = k >= _REFINED and time.perf_counter() > self.deadline
+            if late or (best is not None and (k >= _REFINED or optimum.cost - caution * shift > best.cost)):
                 break
             finer = self.refined(optimum)
             shift = max(shift, abs(finer.cost - optimum.cost))
