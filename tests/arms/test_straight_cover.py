@@ -113,3 +113,35 @@ def test_plans_of_straight_tools_are_bounded(backwards):
     assert plan.gap <= 1e-3
     assert plan.verification.holds
     assert np.ptp(plan(np.linspace(0.0, 1.0, 50))[:, 5]) < 1e-6
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", ARMS)
+def test_cells_with_the_last_joint_at_rest_are_few_and_lose_nothing(name, kind):
+    arm, rng = attack.load(name), np.random.default_rng([9, KINDS.index(kind)])
+    cover = arm.cover_with_an_end_open()
+    q = attack.posture(arm, kind, rng)
+    x = arm.forward(q)
+    cells = cover.cells(x, 0.01)
+    assert len(cells) <= 64 or "wrist" in kind or "shoulder" in kind
+    assert len(cells) <= 5000
+    again = cover.split(x, cells, np.full(len(cells), 0.003))
+    assert len(again) == len(cells)
+    for _ in range(5):
+        found = wandered(arm, q, rng)
+        assert away(cells, found, cover.wraps).max() <= 1e-9
+        assert away(again, found, cover.wraps).max() <= 1e-9
+
+
+def test_the_last_joint_moves_where_both_ends_say_so_and_the_bound_knows():
+    arm = named_arm("irb120")
+    q = np.array([0.3, 0.2, 0.3, 0.4, 0.9, 0.2])
+    start = arm.forward(q)
+    path = sm.PosePath(sm.Line(start[:3], start[:3] + np.array([0.0, 0.05, 0.0])), orientation=start[3:])
+    free = sm.plan(sm.Problem(arm, path, objective="l2", start={"q": q.tolist()}, samples=100), sm.Global(gap=1e-3))
+    end = free(1.0) + np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.5])
+    ends = {"start": {"q": q.tolist()}, "end": {"q": end.tolist()}}
+    plan = sm.plan(sm.Problem(arm, path, objective="l2", samples=100, **ends), sm.Global(gap=1e-2))
+    assert free.cost < 0.5
+    assert plan.gap <= 1e-2
+    assert plan.lower_bound >= np.hypot(1.5, 0.9 * free.cost) * 0.98

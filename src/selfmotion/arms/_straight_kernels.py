@@ -65,14 +65,46 @@ def emit_line(
             return count
 
 
+@kernel
+def emit_resting(windows: Windows, box: FloatArray, found: Found, count: int, origin: int) -> int:
+    """Write a box (n, 2) as cells of which nothing is known, the last joint anywhere in each of its windows."""
+    n, last = len(box), len(box) - 1
+    wraps = windows.wraps.copy()
+    wraps[last] = True
+    others = Windows(wraps, windows.ends, windows.first, windows.period)
+    shift, chosen = np.zeros((n, MOST_TURNS)), np.full((n, MOST_TURNS), -1, np.int64)
+    many, pick = np.ones(n, np.int64), np.zeros(n, np.int64)
+    if not turns_of(others, box, np.zeros(n), flag(False), shift, chosen, many):
+        return count
+    whole = windows.wraps[last]
+    while True:
+        for w in range(1 if whole else windows.first[last + 1] - windows.first[last]):
+            if count < len(found.a):
+                for j in range(n):
+                    low, high = box[j, 0] + shift[j, pick[j]], box[j, 1] + shift[j, pick[j]]
+                    if j == last:
+                        low, high = -np.pi, np.pi
+                        if not whole:
+                            low, high = windows.ends[windows.first[j] + w, 0], windows.ends[windows.first[j] + w, 1]
+                    middle, room = 0.5 * (low + high), 0.5 * (high - low) * (1.0 + PAD) + PAD
+                    found.a[count, j], found.b[count, j], found.bow[count, j] = middle, middle, 0.0
+                    found.dev[count, j], found.rest[count, j] = room, room
+                found.pieces[count, 0], found.pieces[count, 1] = -1.0, 1.0
+                found.pieces[count, 2], found.pieces[count, 3] = 0.0, 0.0
+                found.origin[count] = origin
+            count += 1
+        if is_last(pick, many):
+            return count
+
+
 def _trace_lines(
     solve: Solve, enclose: Enclose, turned: Turned, free: IntArray, geometry: FloatArray, root: FloatArray,
-    origin: FloatArray, start: FloatArray, windows: Windows, spacing: float, found: Found,
+    origin: FloatArray, start: FloatArray, windows: Windows, spacing: float, rests: bool, found: Found,
 ) -> int:  # fmt: skip
     """Cover the whole self-motion at one pose; return how many cells there are, which may be more than there is room.
 
     `root` (3, 3, 2) and `origin` (3, 2) are the poses that the closed form starts from, `start` (4, 3) the one in their
-    middle, rotation over position.
+    middle, rotation over position. If the last joint `rests` cells are not cut along it.
     """
     n, last = found.a.shape[1], found.a.shape[1] - 1
     count, whole, no, nothing = plain(0), plain(0), flag(False), np.zeros(n)
@@ -105,6 +137,9 @@ def _trace_lines(
                     geometry, root, origin, 0.0, 0.0, branch, free[1], low, low + (1.0 + PAD) * TAU / others, here
                 ):
                     continue
+            if rests:
+                count = emit_resting(windows, here, found, count, whole)
+                continue
             for j in range(n):
                 middle = 0.5 * (here[j, 0] + here[j, 1])
                 a[j] = q[branch, j] - TAU * np.rint((q[branch, j] - middle) / TAU) if one_line else middle

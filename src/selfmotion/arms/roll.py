@@ -113,6 +113,13 @@ class RollArm(SixAxisArm):
         """Return the cells of the self-motion."""
         return StraightCover(self, elbow) if is_straight(self) else super().cover(elbow)
 
+    def cover_with_an_end_open(self, elbow: str = "any") -> Cover:
+        """Return cells for motions one end of which may have any posture.
+
+        A tool along the last axis is rolled by that joint alone, which then has no reason to move.
+        """
+        return StraightCover(self, elbow, rests=True) if is_straight(self) else self.cover(elbow)
+
     def _tool_axis(self, q: ArrayLike) -> FloatArray:
         joints = self._joints(q)
         return self._frames(joints.reshape(-1, self.n))[0][:, :, 2].reshape(*joints.shape[:-1], 3)

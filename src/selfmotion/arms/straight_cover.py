@@ -32,11 +32,13 @@ class StraightCover(CurveCells):
     arm : RollArm
     branch : str
         ``"any"`` or one of the arm's branches.
+    rests : bool
+        Whether the last joint never has a reason to move, so that cells need not say where it is.
     """
 
-    def __init__(self, arm: RollArm, branch: str = "any") -> None:
+    def __init__(self, arm: RollArm, branch: str = "any", rests: bool = False) -> None:
         super().__init__(arm, branch)
-        self.arm = arm
+        self.arm, self.rests = arm, rests
 
     def cells(self, x: FloatArray, spacing: float) -> Cells:
         """Return cells that hold every feasible posture at x."""
@@ -49,7 +51,7 @@ class StraightCover(CurveCells):
         def trace(found: Found) -> int:
             return kernels.trace_lines(
                 closed.solve, closed.enclose, closed.turned, closed.free, arm.geometry, root + off,
-                origin + arm.reach * off, start, self.windows, spacing, found,
+                origin + arm.reach * off, start, self.windows, spacing, self.rests, found,
             )  # fmt: skip
 
         return self._in_order(self._filled(trace, 512))

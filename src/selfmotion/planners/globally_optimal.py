@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, NoReturn, cast
 
 import numpy as np
 
@@ -139,7 +139,7 @@ class _Search:
         from selfmotion.certificate.tube import OutOfTimeError, Setting, first_tube
 
         problem = self.problem
-        cover = problem.arm.cover(problem.elbow)
+        cover = self._cover()
         kind, breaks = problem.objective.kind, problem.path.breaks
         setting = Setting(cover, problem.path, kind, problem.weights.copy(), breaks)
         slices = _FEW if self.planner.gap > _ROUGH else _SLICES
@@ -167,6 +167,14 @@ class _Search:
             return f"{_ARGUMENT}, until it was interrupted"
         self.bound = max(self.bound, self.threshold)
         return "no motion cheaper than the best one is left in the tube"
+
+    def _cover(self) -> Cover:
+        """Return the arm's cells: fewer of an arm whose redundancy is one joint's alone, if an end is open to it."""
+        arm, elbow = self.problem.arm, self.problem.elbow
+        with_an_end_open = getattr(arm, "cover_with_an_end_open", None)
+        if with_an_end_open is None or (self.problem.start is not None and self.problem.end is not None):
+            return arm.cover(elbow)
+        return cast("Cover", with_an_end_open(elbow))
 
     def _look_at(self, parts: list[_Part]) -> None:
         """Prove a bound for each part, look for a better motion near the best chords, and drop what is proved worse."""

@@ -100,7 +100,7 @@ class ClosedSpline:
         return rates.reshape(*values.shape, self.arm.n)
 
     def correction(self, r: FloatArray) -> FloatArray:
-        """Return the largest change of a joint from s to the motion at r (k,), shape (k,) [rad]; infinite off the path."""
+        """Return the largest change of a joint from s to the motion at r (k,), shape (k,) [rad]; infinite off path."""
         at = self._closed(r)
         lost = self.arm.task_error(at.q, self.path(r)) > _LOST * self.arm.reach
         return np.where(lost, np.inf, np.abs(at.q - at.s).max(axis=1))

@@ -26,6 +26,7 @@ _MOST_CORNERS, _FEW_CORNERS = 128, 48  # the latter if the tolerance is loose
 _JUST_BEFORE = 1e-9  # a corner, in r
 _TURN = 1e-3  # change of x' at a corner, as a part of the path's length
 _LEVELS = 8
+_OFF_PATH = 2  # levels on which a spline may leave the path: one that jumps from branch to branch always will
 _EXACT = 1e-7  # a cost that two quadratures agree upon to this part needs no finer knots …
 _AGREED, _LOOSE = 0.1, 1e-4  # … nor one to this part of the tolerance, if that is loose
 _MEASURED = 1e-3  # of the tolerance: error of a motion's cost
@@ -198,12 +199,13 @@ class Optima:
         if self.problem.objective.has_kinks:
             tolerance, width = max(tolerance, _LEAST_WITH_KINKS), _WIDTH
         agreed = _AGREED * tolerance if tolerance > _LOOSE else min(_AGREED * tolerance, _EXACT)
-        before = np.inf
+        before, off_path = np.inf, 0
         for _ in range(_LEVELS):
-            if time.perf_counter() > self.deadline:
-                break
             space, motion = optimum.collocation.space, optimum.motion
             cost = self.cost_of(motion)
+            off_path += not np.isfinite(cost)
+            if time.perf_counter() > self.deadline or off_path > _OFF_PATH:
+                break
             blur = abs(cost - optimum.cost)  # by rounding and by what the spline is corrected
             settled = np.isfinite(cost) and (abs(cost - before) <= tolerance * cost or blur <= agreed * cost)
             sharp = width <= _NARROWEST or blur <= tolerance * cost
@@ -228,6 +230,8 @@ class Optima:
         The quadrature of its spline is not enough: motions may start as steeply as a square root, at singular postures.
         """
         objective, weights = self.problem.objective, self.problem.weights
+        if np.isinf(motion.correction(motion.space.nodes)).any():
+            return np.inf
 
         def speed(r: FloatArray) -> FloatArray:
             return objective.chord(motion.rates(r), np.ones(len(r)), weights)
