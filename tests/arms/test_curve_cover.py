@@ -206,3 +206,11 @@ def test_postures_of_the_closed_form_outside_cells_are_told(name):
         assert (away > attack.allowance(arm, x, sample)).any()
         most = max(most, away.max())
     assert most > 1e-3
+
+
+def test_where_shoulder_and_wrist_are_singular_at_once_covers_stay_bounded():
+    arm, cover = setting("iiwa14")
+    q = np.array([-0.9544228026781725, 0.0, -2.9265038144742643, -1.574293043358952, 2.4198698656020086, 0.0, 1.36])
+    cells = cover.cells(arm.forward(q), 0.3)
+    assert 1000 < len(cells) < 20_000
+    assert cells.rest.max() < 0.6

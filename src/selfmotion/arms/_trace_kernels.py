@@ -35,7 +35,8 @@ _DEEP = 64
 _FULL = 6.28  # a joint's box at least this wide is a whole turn [rad]
 _FOLDED = 0.03  # width of the box about a fold below which it is looked at in joint space [rad]
 _SINGULAR = 3e-4  # width in u of what is left of a singularity before it is
-_SECTORS = 48  # in which a free joint's turn is looked at
+_SECTORS = 48  # in which a free joint's turn is looked at …
+_FEW_SECTORS = 12  # … and the turns of two
 _BOXES = 600  # that a box may be cut into before what is left is taken as it is
 _CLOSE = 1e-7  # how far off a closed form may be near its folds [rad]
 
@@ -324,8 +325,9 @@ def _trace(
                     continue
                 strand += 1.0
                 shoulder, wrist = free
-                sectors = _SECTORS if is_free(box[branch], shoulder) else 1
-                others = _SECTORS if is_free(box[branch], wrist) else 1
+                most = _FEW_SECTORS if is_free(box[branch], shoulder) and is_free(box[branch], wrist) else _SECTORS
+                sectors = most if is_free(box[branch], shoulder) else 1
+                others = most if is_free(box[branch], wrist) else 1
                 for i in range(sectors * others):
                     part[:] = box[branch]
                     one, two = -np.pi + TAU * (i % sectors) / sectors, -np.pi + TAU * (i // sectors) / others
