@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -20,8 +20,21 @@ from selfmotion.commands.options import (
     planar_only,
     warn,
 )
-from selfmotion.commands.printed import comparison_lines, failure_object, json_text, plan_lines, say, shown_progress
+from selfmotion.commands.printed import (
+    comparison_lines,
+    complain,
+    error_object,
+    failure_object,
+    json_text,
+    plan_lines,
+    say,
+    shown_progress,
+)
 from selfmotion.errors import InvalidInputError, SelfMotionError
+
+if TYPE_CHECKING:
+    from selfmotion.exchange import OutputFolder
+    from selfmotion.plans import Plan
 
 _MOST_LINES = 40  # of one kind on the terminal
 
@@ -37,6 +50,7 @@ def plan(
     """Plan a joint motion; --out writes plan.json, trajectory.csv and figures, --save the plan itself."""
     from selfmotion.exchange import OutputFolder, load_problem, trajectory_csv
     from selfmotion.exchange.files import checked_target
+    from selfmotion.exchange.plan_file import check_storable
 
     case, planner = load_problem(problem)
     if planner is None:
@@ -48,6 +62,11 @@ def plan(
         names = ["plan.json", "trajectory.csv", *plan_figure_names(case.arm)]
         folder.check(names)
     stored = None if save is None else checked_target(save, force)
+    if save is not None:
+        try:
+            check_storable(case)
+        except InvalidInputError as error:
+            raise error.inside(source=problem) from None
     warn(case)
     if seed is not None:
         if seed < 0:
@@ -61,20 +80,41 @@ def plan(
     except SelfMotionError as error:
         if folder is not None:  # an earlier motion must not stay behind as if it were the answer
             folder.write({"plan.json": json_text(failure_object(error)).encode()}, outdated=names)
-        if stored is not None and os.path.exists(stored[0].path / stored[1]):
-            stored[0].write({}, outdated=[stored[1]])
+        _remove_stored(stored)
         raise
     summary = result.summary() | ({"warnings": list(case.warnings)} if case.warnings else {})
-    if save is not None:
-        result.save(save, force)
+    not_stored = None if save is None else _save(result, save, force)
+    if not_stored is not None:  # the motion is good all the same, and is not to be lost
+        _remove_stored(stored)
     if folder is not None:
         from selfmotion.plot import plan_figures
 
         files = {"plan.json": json_text(summary).encode(), "trajectory.csv": trajectory_csv(result)}
         folder.write(files | plan_figures(result))
-    say(json_text(summary) if as_json else plan_lines(summary, case.arm.limits.unit))
-    if out is not None and not as_json:
-        say(f"written to {out}")
+    if as_json:
+        say(json_text(summary if not_stored is None else {**summary, "error": error_object(not_stored)}))
+    else:
+        stored_line = [f"plan stored in {save}"] if save is not None and not_stored is None else []
+        written_line = [] if out is None else [f"written to {out}"]
+        say("\n".join([plan_lines(summary, case.arm.limits.unit), *stored_line, *written_line]))
+    if not_stored is not None:
+        complain(not_stored)
+        raise typer.Exit(not_stored.exit_code)
+
+
+def _save(plan: Plan, file: str, force: bool) -> SelfMotionError | None:
+    """Store a plan; return why that failed."""
+    try:
+        plan.save(file, force)
+    except SelfMotionError as error:
+        return error
+    return None
+
+
+def _remove_stored(stored: tuple[OutputFolder, str] | None) -> None:
+    """Remove the plan that an earlier run stored: it must not stay behind as if it were the answer."""
+    if stored is not None and os.path.exists(stored[0].path / stored[1]):
+        stored[0].write({}, outdated=[stored[1]])
 
 
 def repair(

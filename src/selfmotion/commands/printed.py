@@ -79,13 +79,22 @@ def failure_object(error: SelfMotionError) -> dict[str, Any]:
     from selfmotion.plans import result_object
 
     found = _infeasibility(error) if isinstance(error, InfeasibleError) else {}
-    details = {
+    return result_object(status=error.status, **found, error=error_object(error))
+
+
+def error_object(error: SelfMotionError) -> dict[str, Any]:
+    """Return what is wrong and what to do, as JSON has it."""
+    return {
         "message": error.message,
         "remedy": error.remedy,
         "file": getattr(error, "source", None),
         "field": getattr(error, "field", None) or None,
     }
-    return result_object(status=error.status, **found, error=details)
+
+
+def complain(error: SelfMotionError) -> None:
+    """Print an error on stderr, on one line."""
+    print("selfmotion: " + " ".join(str(error).split()), file=sys.stderr)
 
 
 def blocked_object(part: Any) -> dict[str, Any]:

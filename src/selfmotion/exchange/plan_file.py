@@ -21,6 +21,7 @@ from selfmotion.exchange.plan_parts import motion_from, motion_object, problem_f
 from selfmotion.exchange.schema import checked, inside
 from selfmotion.optimizers import History
 from selfmotion.plans import RESULT_FIELDS, Plan
+from selfmotion.problem import Problem
 
 FORMAT = "selfmotion_plan"
 """The key of a plan file that holds the version of its form."""
@@ -43,6 +44,17 @@ def save_plan(plan: Plan, file: str | os.PathLike[str], force: bool = False) -> 
     if not np.array_equal(again(_LOOKED_AT), plan(_LOOKED_AT), equal_nan=True):
         raise InvalidInputError("plan", "does not come back the same from its file", "store its trajectory instead")
     write_file(file, data, force)
+
+
+def check_storable(problem: Problem) -> None:
+    """Refuse before it is planned a problem whose plans :func:`save_plan` would refuse.
+
+    Raises
+    ------
+    InvalidInputError
+        If its arm or path is of a class that is not selfmotion's.
+    """
+    _plain("problem", problem_object(problem))
 
 
 def load_plan(file: str | os.PathLike[str]) -> Plan:
