@@ -153,8 +153,8 @@ DRAWN = {
     "gcode": ("a.nc", "G21 G17 G90\nG0 X500 Y0\nG1 X500 Y50\nG3 X480 Y70 I-20 J0\nG1 X400 Y100\nM30\n", {}),
     "svg": (
         "a.svg",
-        '<svg xmlns="http://www.w3.org/2000/svg"><path d="M500,0 L500,50 A 20 30 10 0 1 480,90 C 470,95 450,80 400,100"/>'
-        "</svg>",
+        '<svg xmlns="http://www.w3.org/2000/svg"><path d="M500,0 L500,50 A 20 30 10 0 1 480,90 C 470,95 450,80 400,100"'
+        "/></svg>",
         {"unit": "mm"},
     ),
     "dxf": ("a.dxf", None, {}),

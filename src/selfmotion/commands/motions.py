@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -35,6 +36,7 @@ from selfmotion.errors import InvalidInputError, SelfMotionError
 if TYPE_CHECKING:
     from selfmotion.exchange import OutputFolder
     from selfmotion.plans import Plan
+    from selfmotion.problem import Problem
 
 _MOST_LINES = 40  # of one kind on the terminal
 
@@ -49,8 +51,6 @@ def plan(
 ) -> None:
     """Plan a joint motion; --out writes plan.json, trajectory.csv and figures, --save the plan itself."""
     from selfmotion.exchange import OutputFolder, load_problem, trajectory_csv
-    from selfmotion.exchange.files import checked_target
-    from selfmotion.exchange.plan_file import check_storable
 
     case, planner = load_problem(problem)
     if planner is None:
@@ -61,12 +61,7 @@ def plan(
 
         names = ["plan.json", "trajectory.csv", *plan_figure_names(case.arm)]
         folder.check(names)
-    stored = None if save is None else checked_target(save, force)
-    if save is not None:
-        try:
-            check_storable(case)
-        except InvalidInputError as error:
-            raise error.inside(source=problem) from None
+    stored = None if save is None else _target(save, force, case, problem)
     warn(case)
     if seed is not None:
         if seed < 0:
@@ -84,8 +79,6 @@ def plan(
         raise
     summary = result.summary() | ({"warnings": list(case.warnings)} if case.warnings else {})
     not_stored = None if save is None else _save(result, save, force)
-    if not_stored is not None:  # the motion is good all the same, and is not to be lost
-        _remove_stored(stored)
     if folder is not None:
         from selfmotion.plot import plan_figures
 
@@ -97,9 +90,24 @@ def plan(
         stored_line = [f"plan stored in {save}"] if save is not None and not_stored is None else []
         written_line = [] if out is None else [f"written to {out}"]
         say("\n".join([plan_lines(summary, case.arm.limits.unit), *stored_line, *written_line]))
-    if not_stored is not None:
+    if not_stored is not None:  # the motion, which is good all the same, was not lost
+        with suppress(SelfMotionError):  # a disk that refuses to store may refuse to remove
+            _remove_stored(stored)
         complain(not_stored)
         raise typer.Exit(not_stored.exit_code)
+
+
+def _target(file: str, force: bool, case: Problem, source: str) -> tuple[OutputFolder, str]:
+    """Return where a plan is to be stored; refuse before planning what could not be."""
+    from selfmotion.exchange.files import checked_target
+    from selfmotion.exchange.plan_file import check_storable
+
+    target = checked_target(file, force)
+    try:
+        check_storable(case)
+    except InvalidInputError as error:
+        raise error.inside(source=source) from None
+    return target
 
 
 def _save(plan: Plan, file: str, force: bool) -> SelfMotionError | None:
