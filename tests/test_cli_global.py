@@ -43,7 +43,7 @@ def test_the_verdict_says_bound_and_gap(run, seed_file):
     assert (code, err) == (0, "")
     lines = out.splitlines()
     assert lines[0].startswith("solved: cost 4.88944")
-    assert lines[1].startswith("  4.8894, proved within 0.0")
+    assert lines[1].startswith("  cost 4.8894, proved within 0.0")
     assert "of the best possible: no motion costs less than 4.88" in lines[1]
     assert lines[2].startswith("  global, values on cells of the self-motion")
 

@@ -58,6 +58,9 @@ def test_a_rail_is_timed_in_metres_and_keeps_its_own_limits(run, rail_file, tmp_
     assert rows.t[-1] >= moved / 0.1  # at its own limit, which no other joint's is
     assert 0.09 < np.abs(rows.dq[:, 0]).max() <= 0.1 * 1.001
     assert np.abs(rows.ddq[:, 0]).max() <= 0.5 * 1.001
+    loose = ("--max-acceleration", "0.5,9,9,9,9,9,9")
+    _, said, _ = run("time", stored, *loose, "--out", out)
+    assert f"not limited: rail up to {np.abs(sm.load_trajectory(out).dq[:, 0]).max():.3g} m/s" in said
     names, lines = {"ros": "ros.yaml", "csv": "t.csv"}, {}
     for form, name in names.items():
         assert run("time", stored, *slow_rail, "--format", form, "--out", str(tmp_path / name))[0] == 0

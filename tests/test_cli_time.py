@@ -12,6 +12,14 @@ pytest.importorskip("toppra")
 LIMITS = ("--max-velocity", "1", "--max-acceleration", "4")
 
 
+@pytest.fixture
+def stored(run, seed_file, tmp_path):
+    """A stored plan."""
+    file = str(tmp_path / "stored.json")
+    assert run("plan", seed_file(), "--save", file)[0] == 0
+    return file
+
+
 def test_a_problem_and_its_stored_plan_are_timed_alike(run, seed_file, tmp_path):
     stored = str(tmp_path / "stored.json")
     assert run("plan", seed_file(), "--save", stored)[0] == 0
@@ -36,6 +44,91 @@ def test_json_says_how_long_how_hard_and_where_it_is_slow(run, seed_file, tmp_pa
     assert result["slow"][0]["rest"] is True
     assert result["stops"] == []
     assert len(result["jerk"]) == 3
+
+
+@pytest.mark.parametrize(
+    ("name", "begins"),
+    [
+        ("t.csv", b"t,r,q1"),
+        ("t", b"t,r,q1"),
+        ("t.JSON", b'{"selfmotion_trajectory"'),
+        ("t.npz", b"PK"),
+        ("t.yaml", b"header:"),
+        ("t.yml", b"header:"),
+        ("t.mcap", b"\x89MCAP"),
+    ],
+)
+def test_the_file_s_name_says_its_form(run, stored, tmp_path, name, begins):
+    if name.endswith("mcap"):
+        pytest.importorskip("rosbags")
+    assert run("time", stored, *LIMITS, "--out", str(tmp_path / name))[0] == 0
+    assert (tmp_path / name).read_bytes().startswith(begins)
+    assert len(sm.load_trajectory(tmp_path / name).t) > 10
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "says"),
+    [
+        ("t.bag", [], "--format: is not given, and .bag says none"),
+        ("t.mcap", ["--format", "csv"], "--format: is csv, and a file .mcap holds mcap"),
+        ("t.json", ["--format", "ros"], "--format: is ros, and a file .json holds json"),
+    ],
+)
+def test_a_name_that_says_no_form_or_another_one_is_refused(run, stored, tmp_path, name, options, says):
+    code, _, err = run("time", stored, *LIMITS, *options, "--out", str(tmp_path / name))
+    assert code == 2
+    assert says in err
+    assert not (tmp_path / name).exists()
+    assert run("time", stored, *LIMITS, "--format", "csv", "--out", str(tmp_path / "t.txt"))[0] == 0
+
+
+def test_joints_without_a_velocity_limit_are_named_with_their_peaks(run, stored, tmp_path):
+    out = str(tmp_path / "t.csv")
+    code, said, _ = run("time", stored, "--max-acceleration", "4", "--out", out, "--force")
+    assert code == 0
+    peaks = np.abs(sm.load_trajectory(out).dq).max(axis=0)
+    assert "velocities up to" not in said.splitlines()[1]
+    assert "velocities not limited: joint1 up to" in said
+    assert all(f"joint{j} up to {peak:.3g} rad/s" in said for j, peak in enumerate(peaks, 1))
+    result = json.loads(run("time", stored, "--max-acceleration", "4", "--out", out, "--json")[1])
+    assert result["velocity_unlimited"] == ["joint1", "joint2", "joint3"]
+    assert result["velocity_used"] == [None] * 3
+    assert result["velocity_peak"] == pytest.approx(peaks)
+    bounded = json.loads(run("time", stored, *LIMITS, "--out", out, "--json")[1])
+    assert bounded["velocity_unlimited"] == []
+    assert max(bounded["velocity_used"]) <= 1.001
+    assert "not limited" not in run("time", stored, *LIMITS, "--out", out)[1]
+
+
+def test_the_result_object_of_a_run_is_not_timed(run, seed_file, tmp_path):
+    assert run("plan", seed_file(), "--out", str(tmp_path / "own"))[0] == 0
+    code, _, err = run("time", str(tmp_path / "own" / "plan.json"), *LIMITS, "--out", str(tmp_path / "t.csv"))
+    assert code == 2
+    assert "plan.json: is the result object of a run" in err
+    assert "plan --save FILE stores a plan" in err
+
+
+@pytest.mark.parametrize("command", ["plan", "urdf", "verify"])
+def test_a_stored_plan_is_no_problem(run, stored, tmp_path, command):
+    more = {"plan": [], "urdf": ["--out", str(tmp_path / "a.urdf")], "verify": [stored]}[command]
+    code, _, err = run(command, stored, *more)
+    assert code == 2
+    assert "is a stored plan, not a problem file; time and sm.load_plan read it" in err
+
+
+def test_corners_are_counted_and_the_first_ones_listed_with_the_remedy(run, seed_file, tmp_path):
+    planner = {"kind": "refine", "starts": 1, "time_limit": 5}
+    points = [[50 - k, 20 * (k % 2)] for k in range(12)]
+    for count, says in ((12, "stands still at 10 corners, r = "), (3, "stands still at 1 corner, r = ")):
+        path = {"kind": "waypoints", "points": points[:count]}
+        problem = seed_file(path=path, planner=planner)
+        code, said, _ = run("time", problem, *LIMITS, "--out", str(tmp_path / "t.csv"))
+        assert code == 0
+        (line,) = [line for line in said.splitlines() if "stands still" in line]
+        assert says in line
+        assert "interpolation: spline" in line
+        assert len(line) < 160
+        assert ("…" in line) == (count == 12)
 
 
 @pytest.mark.parametrize(

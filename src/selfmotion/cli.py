@@ -11,7 +11,7 @@ import typer
 
 from selfmotion._version import __version__
 from selfmotion.commands import motions, pictures, workshop
-from selfmotion.commands.printed import failure_object, json_text, say
+from selfmotion.commands.printed import complain, failure_object, json_text, say
 from selfmotion.errors import InvalidInputError, SelfMotionError
 
 app = typer.Typer(
@@ -91,7 +91,7 @@ def _report_error(error: SelfMotionError, as_json: bool) -> int:
     """Print one line on stderr, and with --json the result object; return the exit code."""
     if as_json and getattr(error, "field", None) != "stdout":
         say(json_text(failure_object(error)))
-    print("selfmotion: " + " ".join(str(error).split()), file=sys.stderr)
+    complain(error)
     return error.exit_code
 
 

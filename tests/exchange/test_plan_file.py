@@ -8,8 +8,9 @@ import pytest
 
 import robots
 import selfmotion as sm
-from selfmotion.exchange import plan_file
+from selfmotion.exchange import plan_file, plan_parts
 from selfmotion.exchange.plan_file import FORMAT, MIGRATIONS, VERSION, plan_bytes
+from selfmotion.exchange.schema import build
 from selfmotion.exchange.waypoint_file import FilePath
 from selfmotion.motion import Motion
 from selfmotion.paths import PATHS, Section
@@ -146,6 +147,70 @@ def test_files_that_a_problem_was_made_from_are_not_needed_again(tmp_path):
     again = sm.load_plan(tmp_path / "plan.json")
     assert np.array_equal(again(R), plan(R))
     assert np.array_equal(again.problem.path.waypoints, plan.problem.path.waypoints)
+
+
+DRAWN = {
+    "gcode": ("a.nc", "G21 G17 G90\nG0 X500 Y0\nG1 X500 Y50\nG3 X480 Y70 I-20 J0\nG1 X400 Y100\nM30\n", {}),
+    "svg": (
+        "a.svg",
+        '<svg xmlns="http://www.w3.org/2000/svg"><path d="M500,0 L500,50 A 20 30 10 0 1 480,90 C 470,95 450,80 400,100"'
+        "/></svg>",
+        {"unit": "mm"},
+    ),
+    "dxf": ("a.dxf", None, {}),
+}
+
+
+def drawn(kind, folder):
+    """A path of a problem file that a drawing describes; returns the drawing too."""
+    name, text, options = DRAWN[kind]
+    file = folder / name
+    if kind == "svg":
+        pytest.importorskip("svgpathtools")
+    if kind == "dxf":
+        ezdxf = pytest.importorskip("ezdxf")
+        page = ezdxf.new(units=ezdxf.units.MM)
+        page.modelspace().add_line((500, 0), (500, 50))
+        page.modelspace().add_arc((480, 50), 20, 0, 90)
+        page.saveas(file)
+    else:
+        file.write_text(text)
+    return {"kind": kind, "file": name, **options}, file
+
+
+@pytest.mark.parametrize("kind", DRAWN)
+@pytest.mark.parametrize("around", ["alone", "transformed", "reversed", "placed"])
+def test_a_drawing_is_stored_as_what_it_shows(kind, around, tmp_path):
+    path, file = drawn(kind, tmp_path)
+    if around == "transformed":
+        path = {"kind": "transformed", "path": path, "rotation": 0.3, "scale": 0.9}
+    if around == "reversed":
+        path = {"kind": "reversed", "path": path}
+    if around == "placed":
+        path = {"kind": "placed", "path": path, "frame": {"translation": [0.1, 0.0, 0.2], "rpy": [0.1, 0.2, 0.3]}}
+    found = build("path", path, str(tmp_path))
+    text = json.dumps(plan_file._plain("path", plan_parts._path_object(found)))
+    file.unlink()
+    again = plan_parts._path_from(json.loads(text))
+    assert all(np.array_equal(again(R, order), found(R, order)) for order in (0, 1, 2))
+    assert np.array_equal(again.breaks, found.breaks)
+    assert np.array_equal(again.waypoints, found.waypoints)
+    assert "file" not in text
+
+
+@pytest.mark.parametrize("inside", [False, True])
+def test_a_plan_along_a_drawing_comes_back_without_it(inside, tmp_path):
+    path, file = drawn("gcode", tmp_path)
+    task = {"kind": "pose", "position": {"kind": "placed", "path": path}, "orientation": [0, 1, 0, 0]}
+    found = build("path", task if inside else path, str(tmp_path))
+    plan = rough(sm.Problem(sm.named_arm("panda"), found, samples=50)) if inside else planar_plan(found)
+    plan.save(tmp_path / "plan.json")
+    file.unlink()
+    assert_equal(sm.load_plan(tmp_path / "plan.json"), plan)
+
+
+def planar_plan(path):
+    return refined(sm.Problem(sm.PlanarArm([0.3, 0.3, 0.2]), path, samples=100))
 
 
 def test_paths_remember_what_they_were_made_from_whatever_becomes_of_it():

@@ -174,7 +174,7 @@ def test_the_title_is_the_verdict_beginning_with_the_cheapest_rival(proved, seed
     with figure() as (_, (axes,)):
         draw_optimum(axes, proved, {"sinusoid": seed_plan, "another": case.rival})
         title = axes.get_title()
-        assert title.startswith(f"{seed_plan.cost:.4f} → {proved.cost:.4f},\nproved within 0.")
+        assert title.startswith(f"cost {seed_plan.cost:.4f} → {proved.cost:.4f},\nproved within 0.")
         names = [text.get_text() for text in axes.get_legend().get_texts()]
         assert names[:3] == ["shortest known", "sinusoid", "another"]
         assert names[3].startswith("room for a better one")

@@ -1,6 +1,7 @@
 """Time laws: limits hold between grid points, the motion is the plan's, and nothing faster is known."""
 
 import sys
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -107,8 +108,19 @@ def test_at_constant_speed_of_the_tool_it_says_where_and_why_it_is_slower(plan):
     slower = sm.time_law(plan, 20.0, limits, tool_speed=0.2)
     assert ("velocity", joint) in {(part.why, part.joint) for part in slower.slow}
     assert slower.duration > timed.duration
-    assert "joint" in str(slower.slow[0])
+    assert str(slower.slow[0]).endswith(f"of joint{slower.slow[0].joint}")
     assert sm.time_law(plan, 20.0, 3.0).slow == ()
+
+
+def test_slow_stretches_meet_where_one_limit_takes_over_from_another(plan):
+    reached = np.abs(sm.time_law(plan, 20.0, 3.0, tool_speed=0.2).dq).max(axis=0)
+    met = 0
+    for factor in (0.6, 0.8, 0.95):
+        for before, after in pairwise(sm.time_law(plan, 2.0, factor * reached, tool_speed=0.2).slow):
+            assert before.r[1] <= after.r[0]
+            assert before.t[1] <= after.t[0]
+            met += before.r[1] == after.r[0]
+    assert met > 0
 
 
 def test_the_arm_stands_still_at_corners(cornered):
@@ -129,6 +141,7 @@ def test_samples_are_at_the_rate_and_end_at_the_end(plan):
     assert timed.t[-1] == timed.duration
     assert 0.0 < np.diff(timed.t)[-1] <= 0.02 + 1e-9
     assert timed.joint_names == ("joint1", "joint2", "joint3")
+    assert sm.time_law(plan, 5.0).unlimited == timed.joint_names
     assert len(timed.at_rate(500.0).t) > 9 * len(timed.t)
     assert (timed.at_rate(2000.0).jerk > timed.jerk).any()
     # From and to rest, and as large however near to the row before it the last one is.
@@ -146,6 +159,10 @@ def test_an_arm_in_space_has_its_urdf_s_velocities_and_names():
     plan = sm.plan(problem, sm.Refine(starts=1, time_limit=10))
     timed = sm.time_law(plan, 50.0, 100.0)
     assert timed.joint_names == problem.arm.chain.names
+    assert timed.unlimited == ()
+    slow = sm.time_law(plan, 50.0, tool_speed=100.0).slow
+    assert {part.name for part in slow} <= set(timed.joint_names)
+    assert "of panda_joint" in str(slow[0])
     assert (timed.limits.velocity == problem.arm.chain.velocity).all()
     assert (np.abs(timed.states(between(timed.law))[1]) <= 1.001 * problem.arm.chain.velocity).all()
     assert (sm.time_law(plan, 50.0, 0.3).limits.velocity == 0.3).all()

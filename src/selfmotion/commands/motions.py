@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from typing import Annotated
+from contextlib import suppress
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -20,8 +21,22 @@ from selfmotion.commands.options import (
     planar_only,
     warn,
 )
-from selfmotion.commands.printed import comparison_lines, failure_object, json_text, plan_lines, say, shown_progress
+from selfmotion.commands.printed import (
+    comparison_lines,
+    complain,
+    error_object,
+    failure_object,
+    json_text,
+    plan_lines,
+    say,
+    shown_progress,
+)
 from selfmotion.errors import InvalidInputError, SelfMotionError
+
+if TYPE_CHECKING:
+    from selfmotion.exchange import OutputFolder
+    from selfmotion.plans import Plan
+    from selfmotion.problem import Problem
 
 _MOST_LINES = 40  # of one kind on the terminal
 
@@ -36,7 +51,6 @@ def plan(
 ) -> None:
     """Plan a joint motion; --out writes plan.json, trajectory.csv and figures, --save the plan itself."""
     from selfmotion.exchange import OutputFolder, load_problem, trajectory_csv
-    from selfmotion.exchange.files import checked_target
 
     case, planner = load_problem(problem)
     if planner is None:
@@ -47,7 +61,7 @@ def plan(
 
         names = ["plan.json", "trajectory.csv", *plan_figure_names(case.arm)]
         folder.check(names)
-    stored = None if save is None else checked_target(save, force)
+    stored = None if save is None else _target(save, force, case, problem)
     warn(case)
     if seed is not None:
         if seed < 0:
@@ -61,20 +75,54 @@ def plan(
     except SelfMotionError as error:
         if folder is not None:  # an earlier motion must not stay behind as if it were the answer
             folder.write({"plan.json": json_text(failure_object(error)).encode()}, outdated=names)
-        if stored is not None and os.path.exists(stored[0].path / stored[1]):
-            stored[0].write({}, outdated=[stored[1]])
+        _remove_stored(stored)
         raise
     summary = result.summary() | ({"warnings": list(case.warnings)} if case.warnings else {})
-    if save is not None:
-        result.save(save, force)
+    not_stored = None if save is None else _save(result, save, force)
     if folder is not None:
         from selfmotion.plot import plan_figures
 
         files = {"plan.json": json_text(summary).encode(), "trajectory.csv": trajectory_csv(result)}
         folder.write(files | plan_figures(result))
-    say(json_text(summary) if as_json else plan_lines(summary, case.arm.limits.unit))
-    if out is not None and not as_json:
-        say(f"written to {out}")
+    if as_json:
+        say(json_text(summary if not_stored is None else {**summary, "error": error_object(not_stored)}))
+    else:
+        stored_line = [f"plan stored in {save}"] if save is not None and not_stored is None else []
+        written_line = [] if out is None else [f"written to {out}"]
+        say("\n".join([plan_lines(summary, case.arm.limits.unit), *stored_line, *written_line]))
+    if not_stored is not None:  # the motion, which is good all the same, was not lost
+        with suppress(SelfMotionError):  # a disk that refuses to store may refuse to remove
+            _remove_stored(stored)
+        complain(not_stored)
+        raise typer.Exit(not_stored.exit_code)
+
+
+def _target(file: str, force: bool, case: Problem, source: str) -> tuple[OutputFolder, str]:
+    """Return where a plan is to be stored; refuse before planning what could not be."""
+    from selfmotion.exchange.files import checked_target
+    from selfmotion.exchange.plan_file import check_storable
+
+    target = checked_target(file, force)
+    try:
+        check_storable(case)
+    except InvalidInputError as error:
+        raise error.inside(source=source) from None
+    return target
+
+
+def _save(plan: Plan, file: str, force: bool) -> SelfMotionError | None:
+    """Store a plan; return why that failed."""
+    try:
+        plan.save(file, force)
+    except SelfMotionError as error:
+        return error
+    return None
+
+
+def _remove_stored(stored: tuple[OutputFolder, str] | None) -> None:
+    """Remove the plan that an earlier run stored: it must not stay behind as if it were the answer."""
+    if stored is not None and os.path.exists(stored[0].path / stored[1]):
+        stored[0].write({}, outdated=[stored[1]])
 
 
 def repair(

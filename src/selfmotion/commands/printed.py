@@ -14,6 +14,11 @@ from selfmotion.errors import InfeasibleError, InvalidInputError, SelfMotionErro
 
 if TYPE_CHECKING:
     from selfmotion.optimizers import Progress
+    from selfmotion.paths import Path
+    from selfmotion.timing import TimedTrajectory
+
+_MOST_LINES = 40  # of one kind on the terminal
+_FEW = 5  # of what is listed on one line
 
 
 def comparison_lines(result: dict[str, Any]) -> list[str]:
@@ -79,13 +84,22 @@ def failure_object(error: SelfMotionError) -> dict[str, Any]:
     from selfmotion.plans import result_object
 
     found = _infeasibility(error) if isinstance(error, InfeasibleError) else {}
-    details = {
+    return result_object(status=error.status, **found, error=error_object(error))
+
+
+def error_object(error: SelfMotionError) -> dict[str, Any]:
+    """Return what is wrong and what to do, as JSON has it."""
+    return {
         "message": error.message,
         "remedy": error.remedy,
         "file": getattr(error, "source", None),
         "field": getattr(error, "field", None) or None,
     }
-    return result_object(status=error.status, **found, error=details)
+
+
+def complain(error: SelfMotionError) -> None:
+    """Print an error on stderr, on one line."""
+    print("selfmotion: " + " ".join(str(error).split()), file=sys.stderr)
 
 
 def blocked_object(part: Any) -> dict[str, Any]:
@@ -123,7 +137,7 @@ def plan_lines(summary: dict[str, Any], unit: str) -> str:
             f"solved: cost {summary['cost']:.9g} (error {error}), {summary['cost_sampled']:.9g} as a chord sum",
             *_bound(summary),
             f"  {', '.join([summary['planner'], *chosen])}; "
-            f"{summary['evaluations']} evaluations in {summary['wall_time_s']:.2f} s",
+            f"{_counted('evaluation', summary['evaluations'])} in {summary['wall_time_s']:.2f} s",
             f"  tool within {summary['max_tracking_error']:.1e} of the path, largest joint step "
             f"{summary['max_joint_step']:.3g} {unit}, "
             + ("no joint is limited" if margin is None else f"{margin:.4g} {unit} from the nearest limit"),
@@ -144,8 +158,52 @@ def _bound(summary: dict[str, Any]) -> list[str]:
         if bound is not None:
             within = verdict(cost, math.inf if error is None else error, bound, rigorous=rigorous)
             left = "unknown" if summary.get(gap) is None else f"{summary[gap]:.1e}"
-            return [f"  {within}: {says} {bound:.9g} ({gap.replace('_', ' ')} {left})"]
+            return [f"  cost {within}: {says} {bound:.9g} ({gap.replace('_', ' ')} {left})"]
     return []
+
+
+def timed_lines(timed: TimedTrajectory) -> list[str]:
+    """Return what is said of a time law: how near to limits it gets, where it stops, and where it is slow."""
+    units = timed.plan.problem.arm.limits.units
+    fast, strong = timed.largest
+    jerk: dict[str, float] = {}
+    for unit, most in zip(units, timed.jerk.tolist(), strict=True):
+        jerk[unit] = max(most, jerk.get(unit, 0.0))
+    unlimited = [
+        f"{name} up to {abs(speeds).max():.3g} {unit}/s"
+        for name, unit, speeds in zip(timed.joint_names, units, timed.dq.T, strict=True)
+        if name in timed.unlimited
+    ]
+    velocities = f"velocities up to {fast.max():.1%} of their limits, " * (len(unlimited) < len(units))
+    lines = [
+        f"  {velocities}accelerations up to {strong.max():.1%}{'' if velocities else ' of their limits'}, "
+        f"jerk between rows up to {' and '.join(f'{most:.3g} {unit}/s³' for unit, most in jerk.items())}"
+    ]
+    if unlimited:
+        lines.append(f"  velocities not limited: {', '.join(unlimited)}; --max-velocity limits them")
+    if timed.stops:
+        places = ", ".join([*(f"{r:.6g}" for r in timed.stops[:_FEW]), *["…"] * (len(timed.stops) > _FEW)])
+        remedy = "; points joined by interpolation: spline have none" * _has_points(timed.plan.problem.path)
+        lines.append(f"  stands still at {_counted('corner', len(timed.stops))}, r = {places}{remedy}")
+    lines += [f"  slower than asked for at {part}" for part in timed.slow[:_MOST_LINES]]
+    more = len(timed.slow) - _MOST_LINES
+    return lines + [f"  … and {_counted('more stretch', more, 'es')}, see --json"] * (more > 0)
+
+
+def _has_points(path: Path) -> bool:
+    """Return whether a path, or the one inside it, joins points that were given."""
+    from selfmotion.paths import PoseWaypoints, Waypoints
+
+    while not isinstance(path, Waypoints | PoseWaypoints):
+        inner = getattr(path, "path", getattr(path, "position", None))
+        if inner is None:
+            return False
+        path = inner
+    return True
+
+
+def _counted(name: str, count: int, plural: str = "s") -> str:
+    return f"{count} {name}{plural * (count != 1)}"
 
 
 def json_text(value: Any) -> str:

@@ -9,10 +9,8 @@ import typer
 
 from selfmotion._version import __version__
 from selfmotion.commands.options import ForceOption, JsonOption, ProblemArgument, numbers
-from selfmotion.commands.printed import json_text, say, shown_progress, table_lines, yes_or_no
+from selfmotion.commands.printed import json_text, say, shown_progress, table_lines, timed_lines, yes_or_no
 from selfmotion.errors import InvalidInputError
-
-_MOST_LINES = 40  # of one kind on the terminal
 
 
 def path(
@@ -78,22 +76,27 @@ def time_plan(
         float | None, typer.Option("--tool-speed", metavar="V", help="Kept wherever the joints can [length/s].")
     ] = None,
     rate: Annotated[float, typer.Option("--rate", metavar="HZ", help="Rows per second.")] = 100.0,
-    form: Annotated[str, typer.Option("--format", metavar="csv|json|ros|npz|mcap", help="Form of the file.")] = "csv",
+    form: Annotated[
+        str | None,
+        typer.Option("--format", metavar="csv|json|ros|npz|mcap", help="Form of the file, if its suffix says none."),
+    ] = None,
     as_json: JsonOption = False,
     force: ForceOption = False,
 ) -> None:
     """Give a plan a time law under joint limits and write positions, velocities and accelerations by time."""
     from dataclasses import asdict
 
+    import numpy as np
+
     from selfmotion._checks import positive
     from selfmotion.exchange import load_plan, load_problem, save_trajectory
     from selfmotion.exchange.files import checked_target, read_text
-    from selfmotion.exchange.plan_file import is_plan_file
-    from selfmotion.exchange.timed_file import checked_form
+    from selfmotion.exchange.telling import is_plan_file
+    from selfmotion.exchange.timed_file import form_of
     from selfmotion.timing import time_law
     from selfmotion.timing.law import toppra
 
-    checked_form("--format", form)
+    form = form_of("--format", form, out)
     toppra()  # what is not installed is said before the plan is made
     positive("--rate", rate)
     acceleration = numbers("--max-acceleration", max_acceleration)
@@ -113,13 +116,16 @@ def time_plan(
     timed = time_law(plan, acceleration, velocity, tool_speed, rate)
     save_trajectory(timed, out, form, force)
     fast, strong = timed.largest
+    limited = np.isfinite(timed.limits.velocity).tolist()
     result = {
         "status": "timed",
         "duration": timed.duration,
         "rows": len(timed.t),
         "joint_names": list(timed.joint_names),
         "frame_id": timed.frame_id,
-        "velocity_used": fast.tolist(),
+        "velocity_used": [part if known else None for part, known in zip(fast.tolist(), limited, strict=True)],
+        "velocity_peak": np.abs(timed.dq).max(axis=0).tolist(),
+        "velocity_unlimited": list(timed.unlimited),
         "acceleration_used": strong.tolist(),
         "jerk": timed.jerk.tolist(),
         "stops": list(timed.stops),
@@ -127,18 +133,7 @@ def time_plan(
         "cost": plan.cost,
         "version": __version__,
     }
-    jerk: dict[str, float] = {}
-    for unit, most in zip(plan.problem.arm.limits.units, timed.jerk.tolist(), strict=True):
-        jerk[unit] = max(most, jerk.get(unit, 0.0))
-    lines = [
-        f"{timed.duration:.6g} s, {len(timed.t)} rows written to {out}",
-        f"  velocities up to {fast.max():.1%} of their limits, accelerations up to {strong.max():.1%}, "
-        f"jerk between rows up to {' and '.join(f'{most:.3g} {unit}/s³' for unit, most in jerk.items())}",
-    ]
-    if timed.stops:
-        places = ", ".join(f"{r:.6g}" for r in timed.stops[:_MOST_LINES])
-        lines.append(f"  stands still at {len(timed.stops)} corners, r = {places}")
-    lines += [f"  slower than asked for at {part}" for part in timed.slow[:_MOST_LINES]]
+    lines = [f"{timed.duration:.6g} s, {len(timed.t)} rows written to {out}", *timed_lines(timed)]
     say(json_text(result) if as_json else "\n".join(lines))
 
 

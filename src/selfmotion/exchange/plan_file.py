@@ -19,11 +19,12 @@ from selfmotion.exchange.files import read_text, write_file
 from selfmotion.exchange.plan_forms import CertificateForm, PlanForm
 from selfmotion.exchange.plan_parts import motion_from, motion_object, problem_from_object, problem_object
 from selfmotion.exchange.schema import checked, inside
+from selfmotion.exchange.telling import PLAN_FORMAT, refuse_result
 from selfmotion.optimizers import History
 from selfmotion.plans import RESULT_FIELDS, Plan
+from selfmotion.problem import Problem
 
-FORMAT = "selfmotion_plan"
-"""The key of a plan file that holds the version of its form."""
+FORMAT = PLAN_FORMAT
 VERSION = 1
 MIGRATIONS: dict[int, Callable[[dict[str, Any]], dict[str, Any]]] = {}
 """For each older version of the form: what makes the next one of it. The first version needs none."""
@@ -43,6 +44,17 @@ def save_plan(plan: Plan, file: str | os.PathLike[str], force: bool = False) -> 
     if not np.array_equal(again(_LOOKED_AT), plan(_LOOKED_AT), equal_nan=True):
         raise InvalidInputError("plan", "does not come back the same from its file", "store its trajectory instead")
     write_file(file, data, force)
+
+
+def check_storable(problem: Problem) -> None:
+    """Refuse before it is planned a problem whose plans :func:`save_plan` would refuse.
+
+    Raises
+    ------
+    InvalidInputError
+        If its arm or path is of a class that is not selfmotion's.
+    """
+    _plain("problem", problem_object(problem))
 
 
 def load_plan(file: str | os.PathLike[str]) -> Plan:
@@ -68,11 +80,6 @@ def load_plan(file: str | os.PathLike[str]) -> Plan:
         return _plan_from(_parsed(read_text(file)))
     except InvalidInputError as error:
         raise error if error.source else error.inside(source=source) from None
-
-
-def is_plan_file(text: str) -> bool:
-    """Return whether text is that of a plan file, whole or not, rather than of a problem file."""
-    return text.lstrip()[:1] == "{" and f'"{FORMAT}"' in text[:200]
 
 
 def plan_bytes(plan: Plan) -> bytes:
@@ -136,6 +143,7 @@ def _parsed(text: str) -> dict[str, Any]:
         at = f" at line {error.lineno}, column {error.colno}" if isinstance(error, json.JSONDecodeError) else ""
         raise InvalidInputError("", f"is not JSON{at}: it is incomplete or damaged", remedy) from None
     if not isinstance(data, dict) or FORMAT not in data:
+        refuse_result(text, "stored plan")
         raise InvalidInputError("", f"is not a plan file: it has no {FORMAT}", remedy)
     version = data[FORMAT]
     if not isinstance(version, int) or isinstance(version, bool):

@@ -9,13 +9,14 @@ import numpy as np
 from pydantic import BaseModel
 
 from selfmotion._checks import choice, finite_array
-from selfmotion._types import FileName, FloatArray
+from selfmotion._types import FloatArray
 from selfmotion.arms import JointBox, PlanarArm, RedundantArm
 from selfmotion.arms.chain import Chain as JointChain
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange import plan_forms as forms
-from selfmotion.exchange.schema import build, checked, hints_of, inside
-from selfmotion.exchange.waypoint_file import FilePath
+from selfmotion.exchange.file_path import PathFromFile
+from selfmotion.exchange.path_kinds import FILE_PATHS
+from selfmotion.exchange.schema import build, checked, inside
 from selfmotion.motion import Curve, JointMotion, Motion
 from selfmotion.paths import PATHS, Frame, Path, Section
 from selfmotion.planners.chain import Chain, ChainCurve
@@ -227,16 +228,11 @@ def _solvers() -> dict[str, Callable[..., Any]]:
 def _path_object(path: Path) -> dict[str, Any]:
     if type(path) is Section:
         return {"kind": "section", "path": _path_object(path.path), "r_range": path.r_range}
-    inner = getattr(path, "path", None)
-    if _reads_a_file(type(path)) and isinstance(inner, Path):  # which another machine has not
-        return _path_object(inner)
+    if isinstance(path, PathFromFile) and type(path) is FILE_PATHS.get(path.kind):
+        return _path_object(path.path)  # what was read: another machine has not the file
     if type(path) is not PATHS.get(path.kind):
         raise InvalidInputError("path", f"is a {type(path).__name__}, which a plan file cannot hold", _REMEDY)
     return {"kind": path.kind, **{name: _given(value) for name, value in path.made_from.items()}}
-
-
-def _reads_a_file(made: type[Path]) -> bool:
-    return made is FilePath or (made is PATHS.get(made.kind) and FileName in hints_of(made).values())
 
 
 def _given(value: Any) -> Any:

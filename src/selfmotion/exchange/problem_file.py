@@ -10,6 +10,7 @@ from selfmotion.arms import CATALOGUE, RedundantArm
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.files import read_text
 from selfmotion.exchange.schema import ProblemForm, build, checked, inside
+from selfmotion.exchange.telling import refuse_no_problem
 from selfmotion.exchange.yaml_text import parse_yaml
 from selfmotion.planners import Planner
 from selfmotion.problem import Problem
@@ -49,7 +50,7 @@ def load_problem(file: str | os.PathLike[str]) -> ProblemFile:
         Naming file, field, value and remedy.
     """
     source = os.fspath(file)
-    data = parse_yaml(read_text(file, _LARGEST), source)
+    data = _parsed(source)
     try:
         return problem_from(data, os.path.dirname(source))
     except InvalidInputError as error:
@@ -69,13 +70,25 @@ def arm_of(name: str) -> RedundantArm:
         return found
     if not os.path.splitext(name)[1]:
         raise InvalidInputError("--arm", "is neither an arm's name nor a file", "see selfmotion arms", name)
-    data = parse_yaml(read_text(name, _LARGEST), name)
+    data = _parsed(name)
     try:
         given = checked(ProblemForm, data)
         arm: RedundantArm = inside("arm", build, "arm", given.model_dump()["arm"], os.path.dirname(name))
     except InvalidInputError as error:
         raise error.inside(source=name) from None
     return arm
+
+
+def _parsed(source: str) -> Any:
+    """Return the data of a problem file; refuse at once what is another one of selfmotion's files."""
+    text = read_text(source)
+    try:
+        refuse_no_problem(text)
+    except InvalidInputError as error:
+        raise error.inside(source=source) from None
+    if len(text) > _LARGEST:
+        raise InvalidInputError("", f"is larger than {_LARGEST} bytes", "is it the right file?", source=source)
+    return parse_yaml(text, source)
 
 
 def problem_from(data: Any, folder: str = "") -> ProblemFile:

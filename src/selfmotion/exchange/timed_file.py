@@ -55,7 +55,7 @@ class TimedRows(NamedTuple):
 
 
 def save_trajectory(
-    trajectory: TimedTrajectory, file: str | os.PathLike[str], form: str = "csv", force: bool = False
+    trajectory: TimedTrajectory, file: str | os.PathLike[str], form: str | None = None, force: bool = False
 ) -> None:
     """Write a timed trajectory to a file, whole or not at all.
 
@@ -63,24 +63,40 @@ def save_trajectory(
     ----------
     trajectory : TimedTrajectory
     file : path-like
-    form : {"csv", "json", "ros", "npz", "mcap"}
-        Table; object; ``trajectory_msgs/JointTrajectory`` as YAML; numpy's arrays; the same message in a bag.
+    form : {"csv", "json", "ros", "npz", "mcap"}, optional
+        Table; object; ``trajectory_msgs/JointTrajectory`` as YAML; numpy's arrays; the same message in a bag. By
+        default what the file's suffix says, ``.csv``, ``.json``, ``.yaml``, ``.yml``, ``.npz`` or ``.mcap``, and a
+        table where there is no suffix. One of these suffixes on a file of another form is refused.
     force : bool
         Whether a file that selfmotion did not write may be replaced.
 
     Raises
     ------
     InvalidInputError
-        If the form is not known, the file cannot be written, or is somebody else's.
+        If the form is not known, or the suffix says none or another one; if the file cannot be written, or is
+        somebody else's.
     MissingExtraError
         If a bag is asked for and rosbags is not installed: ``pip install selfmotion[ros]``.
     """
-    write_file(file, FORMS[checked_form("form", form)](trajectory), force)
+    write_file(file, FORMS[form_of("form", form, file)](trajectory), force)
 
 
-def checked_form(field: str, form: str) -> str:
-    """Return the name of a form; refuse early what is not known or lacks its extra."""
-    if choice(field, form, FORMS) == "mcap":
+def form_of(field: str, form: str | None, file: str | os.PathLike[str]) -> str:
+    """Return the form of a file that is to be written; refuse early what is not known or lacks its extra.
+
+    A suffix says it where `form` is None. Other programs go by suffixes, so that none may belie what is in the file.
+    """
+    suffix = os.path.splitext(os.fspath(file))[1]
+    said = SUFFIXES.get(suffix.lower())
+    if form is None:
+        if suffix and said is None:
+            remedy = f"name it {', '.join(SUFFIXES)}, or give {field}: {', '.join(FORMS)}"
+            raise InvalidInputError(field, f"is not given, and {suffix} says none", remedy)
+        form = said or "csv"
+    choice(field, form, FORMS)
+    if said not in (None, form):
+        raise InvalidInputError(field, f"is {form}, and a file {suffix} holds {said}", "leave it out, or name another")
+    if form == "mcap":
         ros_message.rosbags()
     return form
 
@@ -137,6 +153,8 @@ FORMS: dict[str, Callable[[TimedTrajectory], bytes]] = {
     "mcap": ros_message.to_mcap,
 }
 """Every form of a timed trajectory's file."""
+SUFFIXES = {".csv": "csv", ".json": "json", ".yaml": "ros", ".yml": "ros", ".npz": "npz", ".mcap": "mcap"}
+"""The form that a file's suffix says."""
 
 
 def _head(trajectory: TimedTrajectory) -> dict[str, Any]:

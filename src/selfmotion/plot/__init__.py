@@ -82,7 +82,7 @@ def _space_figures(plan: Plan) -> dict[str, bytes]:
         if plan.certificate is not None:
             proof = plan.certificate
             said = verdict(plan.cost, plan.cost_error, proof.bound, rigorous=proof.rigorous)
-            canvas.suptitle(said, fontsize=8.5)
+            canvas.suptitle(f"cost {said}", fontsize=8.5)
         files = image_files("joints", canvas)
     arm = plan.problem.arm
     if _has_domain(arm):

@@ -70,7 +70,8 @@ def draw_optimum(axes: Axes, plan: Plan, rivals: Mapping[str, Plan] | None = Non
     axes.set_xlabel("path parameter r")
     _name_ordinates(axes, chart)
     cheapest = min((rival.cost for rival in rivals.values()), default=None)
-    axes.set_title(verdict(plan.cost, plan.cost_error, certificate.bound, cheapest).replace(", ", ",\n", 1))
+    said = verdict(plan.cost, plan.cost_error, certificate.bound, cheapest)
+    axes.set_title(f"cost {said}".replace(", ", ",\n", 1))
     legend_below(axes, columns=2)
 
 

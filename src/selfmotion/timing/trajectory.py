@@ -35,6 +35,8 @@ class Slow:
         The limit that holds it back: ``"velocity"`` or ``"acceleration"``.
     joint : int
         Whose limit that is, counted from 1.
+    name : str
+        Its name.
     rest : bool
         Whether the arm stands still there: at the start, the end or a corner.
     """
@@ -44,11 +46,12 @@ class Slow:
     slowest: float
     why: str
     joint: int
+    name: str
     rest: bool
 
     def __str__(self) -> str:
         least = "from or to rest" if self.rest else f"down to {self.slowest:.4g}"
-        return f"r in [{self.r[0]:.4g}, {self.r[1]:.4g}]: {least}, by the {self.why} of joint {self.joint}"
+        return f"r in [{self.r[0]:.4g}, {self.r[1]:.4g}]: {least}, by the {self.why} of {self.name}"
 
 
 class TimedTrajectory:
@@ -141,8 +144,18 @@ class TimedTrajectory:
         return tuple(inner.tolist())
 
     @property
+    def unlimited(self) -> tuple[str, ...]:
+        """Names of the joints whose velocity is not limited."""
+        return tuple(
+            name for name, limit in zip(self.joint_names, self.limits.velocity, strict=True) if np.isinf(limit)
+        )
+
+    @property
     def largest(self) -> tuple[FloatArray, FloatArray]:
-        """Largest velocity and acceleration of each joint at the samples, as parts of their limits, (n,) each."""
+        """Largest velocity and acceleration of each joint at the samples, as parts of their limits, (n,) each.
+
+        The velocity of a joint without a limit is no part of any: 0.
+        """
         velocity, acceleration = self.limits.velocity, self.limits.acceleration
         return np.abs(self.dq).max(axis=0) / velocity, np.abs(self.ddq).max(axis=0) / acceleration
 
@@ -166,12 +179,16 @@ class TimedTrajectory:
                 runs[-1] = int(nearest[k]), [*runs[-1][1], k]
             else:
                 runs.append((int(nearest[k]), [k]))
-        found = []
+        found: list[Slow] = []
+        last = -1  # where the stretch before ends
         for limit, places in runs:
-            low, high = max(places[0] - 1, 0), min(places[-1] + 1, len(t) - 1)  # where it is as fast as asked for
+            # To where it is as fast as asked for, or to where another limit takes over.
+            low, high = max(places[0] - 1, last, 0), min(places[-1] + 1, len(t) - 1)
+            last = high
             ends = (float(moved.r[low]), float(moved.r[high])), (float(t[low]), float(t[high]))
             slowest, rest = float(part[places].min() * wanted), not moved.speed[places].all()
-            found.append(Slow(*ends, slowest, "velocity" if limit >= n else "acceleration", limit % n + 1, rest))
+            why, joint = "velocity" if limit >= n else "acceleration", limit % n
+            found.append(Slow(*ends, slowest, why, joint + 1, self.joint_names[joint], rest))
         return tuple(found)
 
 
