@@ -73,7 +73,7 @@ def save_trajectory(
     InvalidInputError
         If the form is not known, the file cannot be written, or is somebody else's.
     MissingExtraError
-        If a bag is asked for and rosbags is not installed: ``pip install selfmotion[ros]``.
+        If a bag is asked for and rosbags is not installed: ``pip install 'selfmotion[ros]'``.
     """
     write_file(file, FORMS[checked_form("form", form)](trajectory), force)
 
@@ -93,7 +93,7 @@ def load_trajectory(file: str | os.PathLike[str]) -> TimedRows:
     InvalidInputError
         If the file is no such file, is damaged, or is of a later version.
     MissingExtraError
-        If it is a bag and rosbags is not installed: ``pip install selfmotion[ros]``.
+        If it is a bag and rosbags is not installed: ``pip install 'selfmotion[ros]'``.
     """
     source = os.fspath(file)
     data = read_bytes(file)
