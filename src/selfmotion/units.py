@@ -73,7 +73,7 @@ def contradiction(path_unit: str, arm_unit: str, by: str = "") -> str | None:
     """
     if path_unit == arm_unit:
         return None
-    return f"the path in {path_unit} (arm_unit), the arm in {arm_unit}" + (f" ({by})" if by else "")
+    return f"the path is in {path_unit} (arm_unit) and the arm in {arm_unit}" + (f" ({by})" if by else "")
 
 
 def unlikely_arm(reach: float, unit: str) -> str | None:

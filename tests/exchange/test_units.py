@@ -29,8 +29,8 @@ def placed(tmp_path):
 @pytest.mark.parametrize(
     ("placement", "links", "arm_unit", "says"),
     [
-        ({"plane": "xz"}, (260, 220, 110), "mm", ["path in mm (arm_unit)", "m (placement.unit)", "reaches 590 m"]),
-        ({"unit": "mm"}, (0.26, 0.22, 0.11), "m", ["path in m (arm_unit)", "mm (placement.unit)", "0.00059 m"]),
+        ({"plane": "xz"}, (260, 220, 110), "mm", ["path is in mm (arm_unit)", "m (placement.unit)", "reaches 590 m"]),
+        ({"unit": "mm"}, (0.26, 0.22, 0.11), "m", ["path is in m (arm_unit)", "mm (placement.unit)", "0.00059 m"]),
         ({"unit": "mm", "base": [200e3, 0, 500e3]}, (260, 220, 110), "mm", ["(200, 0, 500) m", "913 times its reach"]),
         (
             {"unit": "mm", "base": [0.2, 0, 0.5]},
@@ -73,10 +73,13 @@ def test_the_command_says_sizes_in_metres(run, placed, tmp_path):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["--unit", "mm", "--arm-unit", "mm"], "path in mm (arm_unit), the arm in m: its 560 mm are taken for 560 m"),
+        (
+            ["--unit", "mm", "--arm-unit", "mm"],
+            "path is in mm (arm_unit) and the arm in m: its 560 mm are taken for 560 m",
+        ),
         (
             ["--unit", "mm", "--arm-unit", "inch"],
-            "path in inch (arm_unit), the arm in m: its 22 inch are taken",
+            "path is in inch (arm_unit) and the arm in m: its 22 inch are taken",
         ),
         (["--unit", "m"], "the path extends over 560 m"),
         (["--unit", "mm"], None),
@@ -102,7 +105,7 @@ def test_a_path_in_another_unit_than_metres_for_an_arm_in_metres_is_a_warning_of
     inner = {"kind": "file", "file": "poses.csv", "unit": "mm", "arm_unit": "cm", "scale": 0.01}
     data = {"arm": {"kind": "named", "name": "panda"}, "path": inner}
     (tmp_path / "p.json").write_text(json.dumps(data))
-    assert "path in cm (arm_unit), the arm in m" in sm.load_problem(tmp_path / "p.json").problem.warnings[0]
+    assert "path is in cm (arm_unit) and the arm in m" in sm.load_problem(tmp_path / "p.json").problem.warnings[0]
 
 
 def test_a_drawing_of_unlikely_size_is_said_in_one_sentence():
