@@ -2,8 +2,10 @@
 
 import ast
 import inspect
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -118,3 +120,17 @@ def test_the_readme_s_code_runs_and_prints_what_it_says():
     assert done.stdout.startswith("5.2775214")
     assert "IntervalSet([-2.06678, 1.67199]; period 6.28319)" in done.stdout
     assert "solved: cost 5.27752142 " in readme
+
+
+def test_all_is_every_extra_but_the_developers():
+    pyproject = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))
+    extras = pyproject["project"]["optional-dependencies"]
+    (everything,) = extras["all"]
+    named = set(everything.removeprefix("selfmotion[").removesuffix("]").split(","))
+    assert named == set(extras) - {"all", "bench", "docs", "test", "dev"}
+
+
+def test_what_is_to_be_installed_is_quoted_for_the_shell():
+    for file in Path(sm.__file__).parent.rglob("*.py"):
+        for line in file.read_text(encoding="utf-8").splitlines():
+            assert not re.search(r"pip install [^'\s]+\[", line), f"{file.name}: {line}"

@@ -15,14 +15,14 @@ from selfmotion._checks import angles, choice, finite_array, integer, read_only
 from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms import RedundantArm
-from selfmotion.arms.protocols import u_period, u_steps
+from selfmotion.arms.protocols import length_unit, u_period, u_steps
 from selfmotion.domain import DomainStructure, angle_domain, blocked_at, blocked_stretches, out_of_reach
 from selfmotion.errors import Blocked, InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
 from selfmotion.paths import Path
 from selfmotion.paths.base import PLANE, POSE, SPACE
 from selfmotion.quadrature import GAUSS, DyadicGauss, dyadic_gauss
-from selfmotion.units import too_small
+from selfmotion.units import contradiction, too_small
 
 MAX_SAMPLES = 1_000_000
 # A posture given by its joints must have the tool on the path to this part of the reach.
@@ -102,6 +102,7 @@ class Problem:
         _check_dimensions(arm, path)
         self.arm = arm
         self.path = path
+        self.path_unit: str | None = None  # of its lengths, where it was converted to one
         self.samples = integer("samples", samples, 2, MAX_SAMPLES)
         self.elbow = choice("elbow", elbow, ("any", *arm.branches))
         if self.elbow != "any":
@@ -119,6 +120,12 @@ class Problem:
 
     def __repr__(self) -> str:
         return f"Problem({self.arm!r}, {self.path!r}, elbow={self.elbow!r}, objective={self.objective.kind!r})"
+
+    def with_path_unit(self, unit: str | None) -> Problem:
+        """Return the same problem with the unit of its path told, for :attr:`warnings`."""
+        other = copy.copy(self)
+        other.path_unit = unit
+        return other
 
     def without(self, constraint: Literal["start", "end", "cyclic"]) -> Problem:
         """Return the same problem without one of the constraints on its ends."""
@@ -192,11 +199,19 @@ class Problem:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What is doubtful and yet may be meant: a path so small for the arm that its unit may have been mistaken."""
+        """What is doubtful and yet may be meant: units that contradict each other, sizes that say a mistaken one."""
         points = self.path(self.path.grid(_LOOK_AT))[:, : PLANE if self.path.dimension == PLANE else SPACE]
         length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
-        doubt = too_small(float(np.ptp(points, axis=0).max()), length, self.arm.reach)
-        return () if doubt is None else (doubt,)
+        placement, unit = getattr(self.arm, "placement", None), length_unit(self.arm)
+        by = "" if placement is None else "placement.unit"
+        found = [too_small(float(np.ptp(points, axis=0).max()), length, self.arm.reach)]
+        if self.path_unit is not None and unit is not None:
+            against = contradiction(self.path_unit, unit, by)
+            remedy = "give both the same, that of the arm's lengths" if by else f"give arm_unit: {unit}"
+            found.append(None if against is None else f"{against}: {remedy}")
+        found += [] if placement is None else placement.doubts(self.arm.reach)
+        found += self.arm.limits.doubts()
+        return tuple(doubt for doubt in found if doubt is not None)
 
     def _check_reach(self) -> None:
         """Refuse a path that is out of reach everywhere: more often a matter of units than of the arm."""

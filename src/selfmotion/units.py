@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
 """Metres in one unit of a file's positions, or of an arm's lengths."""
 # A path that fits an arm extends over this much of its reach; a workpiece over so many metres.
@@ -9,6 +11,7 @@ _FITS = (0.05, 2.0)
 _WORKPIECE = (0.01, 3.0)
 # Sizes [m] that no drawing of a workpiece is likely to have.
 _LEAST, _MOST = 2e-4, 50.0
+_ARM = (2e-3, 50.0)  # reaches [m] between which those of arms are
 
 
 def too_small(extent: float, length: float, reach: float, arm_unit: str = "") -> str | None:
@@ -36,6 +39,66 @@ def too_small(extent: float, length: float, reach: float, arm_unit: str = "") ->
     )
 
 
+def too_large(extent: float, reach: float, arm_unit: str = "") -> str | None:
+    """Return what is to be said of a path that extends farther than an arm reaches across; None if it does not.
+
+    Parameters
+    ----------
+    extent : float
+        The largest side of the box around the path, in the unit of the arm.
+    reach : float
+    arm_unit : str
+        The name of that unit, if it is known.
+    """
+    if not extent > _FITS[1] * reach:
+        return None
+    unit = f" {arm_unit}" if arm_unit else ""
+    smaller = extent / 1000
+    fits = f"; 1000 times smaller, at {smaller:.3g}{unit}, it would fit: was mm taken for m?"
+    return (
+        f"the path extends over {extent:.3g}{unit}, the arm reaches {reach:.6g}{unit} from its base, "
+        f"{_FITS[1] * reach:.6g}{unit} across: part of the path is out of reach"
+        + (fits if _FITS[0] * reach <= smaller <= _FITS[1] * reach else "")
+    )
+
+
+def contradiction(path_unit: str, arm_unit: str, by: str = "") -> str | None:
+    """Return what is to be said of a path that was converted to another unit than its arm's; None if it was not.
+
+    Parameters
+    ----------
+    path_unit, arm_unit : str
+    by : str
+        The field that says the arm's unit, if one does.
+    """
+    if path_unit == arm_unit:
+        return None
+    return f"the path is in {path_unit} (arm_unit) and the arm in {arm_unit}" + (f" ({by})" if by else "")
+
+
+def unlikely_arm(reach: float, unit: str) -> str | None:
+    """Return what is to be said of an arm of a size that none is likely to have; None if it may have it.
+
+    Parameters
+    ----------
+    reach : float
+        How far it reaches [m].
+    unit : str
+        That of its lengths.
+    """
+    if _ARM[0] <= reach <= _ARM[1]:
+        return None
+    others = {name: reach / UNITS[unit] * size for name, size in UNITS.items()}
+    fit = [f"{size:.3g} m if they were in {name}" for name, size in others.items() if _WORKPIECE[0] < size < 10]
+    said = f"the arm reaches {reach:.3g} m, its links being in {unit} (placement.unit)"
+    return said + (f"; it would reach {' or '.join(fit)}" if fit else "")
+
+
+def point_text(point: Iterable[float]) -> str:
+    """Return a point as short text."""
+    return "(" + ", ".join(f"{round(float(value), 12) + 0.0:.6g}" for value in point) + ")"
+
+
 def unlikely(metres: float, unit: float, by: str) -> str | None:
     """Return what is to be said of a drawing of a size that no workpiece is likely to have; None if it may have it.
 
@@ -52,6 +115,9 @@ def unlikely(metres: float, unit: float, by: str) -> str | None:
         return None
     others = {name: metres * size / unit for name, size in UNITS.items()}
     fit = [
-        f"{size:.3g} m if they are in {name}" for name, size in others.items() if _WORKPIECE[0] <= size <= _WORKPIECE[1]
+        f"{size:.3g} m if they were in {name}"
+        for name, size in others.items()
+        if _WORKPIECE[0] <= size <= _WORKPIECE[1]
     ]
-    return f"by its numbers in {by} it extends over {metres:.3g} m" + (f", and over {' or '.join(fit)}" if fit else "")
+    said = f"it extends over {metres:.3g} m, its numbers being in {by}"
+    return said + (f"; it would extend over {' or '.join(fit)}" if fit else "")

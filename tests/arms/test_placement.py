@@ -25,7 +25,7 @@ AXES = {
 @pytest.mark.parametrize("name", AXES)
 def test_the_tool_is_where_the_plane_s_axes_say(name):
     given, x_axis, y_axis = AXES[name]
-    arm = sm.PlanarArm([500, 400, 300], placement={"base": [0.1, -0.2, 0.7], "unit": "mm", **given})
+    arm = sm.PlanarArm([500, 400, 300], placement={"base": [100, -200, 700], "unit": "mm", **given})
     q = np.random.default_rng(1).uniform(-3, 3, (50, 3))
     x = arm.forward(q)
     wanted = np.array([0.1, -0.2, 0.7]) + 1e-3 * (x[:, :1] * np.array(x_axis) + x[:, 1:] * np.array(y_axis))

@@ -282,6 +282,45 @@ def test_several_roots_must_be_chosen_from():
         read_chain(robot(joint("1", "a", "b"), links="abc"))
 
 
+def test_a_base_and_a_tip_with_different_roots_name_both():
+    text = robot(joint("1", "a", "b"), joint("2", "c", "d"), links="abcd")
+    message = r"tip: is not connected with 'b': the robot has several roots, 'a' above 'b' and 'c' above the tip"
+    with pytest.raises(InvalidInputError, match=message):
+        read_chain(text, "b", "d")
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"),
+    [
+        ('<joint name="1"', '<jont name="1"', r"urdf: has an unknown element <jont> of '1'.*did you mean <joint>\?"),
+        ('<joint name="1"', '<Joint name="1"', r"did you mean <joint>\?"),
+        ('<link name="a"', '<lnik name="a"', r"unknown element <lnik> of 'a'.*did you mean <link>\?"),
+        ("<limit", "<limits", r"unknown element <limits> of '1'.*did you mean <limit>\?"),
+        ("<origin", "<orign", r"unknown element <orign> of '1'.*did you mean <origin>\?"),
+    ],
+)
+def test_a_misspelt_element_is_not_passed_over(right, wrong, message):
+    text = (
+        '<robot name="r"><link name="a"/><link name="b"/><joint name="1" type="revolute"><parent link="a"/>'
+        '<child link="b"/><origin xyz="0 0 1"/><limit lower="0" upper="1"/></joint></robot>'
+    )
+    assert read_chain(text).n == 1
+    wrong_end = text.replace(right, wrong, 1)
+    if right.startswith("<joint"):
+        wrong_end = wrong_end.replace("</joint>", f"</{wrong[1:].split()[0]}>")
+    with pytest.raises(InvalidInputError, match=message):
+        read_chain(wrong_end)
+
+
+def test_elements_of_vendors_are_passed_over():
+    more = (
+        '<gazebo reference="a"/><transmission name="t" type="x"/><ros2_control name="c" type="system"/>'
+        '<material name="m"/><loop_joint name="l" link1="a"/><point name="p" x="1"/><sensor name="s" type="t"/>'
+    )
+    text = robot(joint("1", "a", "b"), links="ab").replace("<robot>", f"<robot>{more}")
+    assert read_chain(text).n == 1
+
+
 def test_long_lists_of_names_are_cut_short():
     links = ["a", *[f"b{i}" for i in range(30)]]
     text = robot(*[joint(f"j{i}", "a", f"b{i}") for i in range(30)], links=links)

@@ -413,8 +413,8 @@ def test_units_that_contradict_each_other_or_the_size_are_warnings(read):
     assert found == "the file contradicts itself: its unit is inch by $INSUNITS, and metric by $MEASUREMENT"
     (found,) = read(draw, units=6).warnings
     assert found == (
-        "by its numbers in m by $INSUNITS it extends over 300 m, "
-        "and over 0.3 m if they are in mm or 3 m if they are in cm"
+        "it extends over 300 m, its numbers being in m by $INSUNITS; "
+        "it would extend over 0.3 m if they were in mm or 3 m if they were in cm"
     )
     assert "extends over 3e-05 m" in read(lambda space: space.add_line((0, 0), (0.03, 0))).warnings[0]
 

@@ -177,6 +177,6 @@ def test_without_rosbags_it_says_what_to_install(timed, tmp_path, monkeypatch):
     for name in [name for name in sys.modules if name.split(".")[0] == "rosbags"]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "rosbags", None)
-    with pytest.raises(sm.InvalidInputError, match=r"pip install selfmotion\[ros\]"):
+    with pytest.raises(sm.InvalidInputError, match=r"pip install 'selfmotion\[ros\]'"):
         sm.save_trajectory(timed, tmp_path / "t.mcap", "mcap")
     assert not os.listdir(tmp_path)

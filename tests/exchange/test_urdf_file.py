@@ -12,7 +12,7 @@ from selfmotion.arms.urdf import read_chain
 from selfmotion.exchange.urdf_file import arm_urdf, chain_urdf
 
 PLACES = [
-    {"plane": "xz", "unit": "mm", "base": [0.1, 0.2, 0.4]},
+    {"plane": "xz", "unit": "mm", "base": [100, 200, 400]},
     {"plane": "yz", "frame": "hall <3>", "joints": ["Schulter", "肘", 'wrist "1"']},
     {"rpy": [0.3, np.pi / 2, -1.1], "unit": "inch"},  # where roll and yaw are about the same axis
     {"rpy": [0.3, -np.pi / 2 + 1e-9, -1.1]},
@@ -93,12 +93,12 @@ def test_what_urdf_cannot_say_is_refused(limits, placement, says, tmp_path):
 
 
 def test_the_command_writes_it_and_keeps_somebody_s_file(run, seed_file, tmp_path):
-    place = {"base": [0, 0, 0.4], "plane": "xz", "unit": "mm", "frame": "cell"}
+    place = {"base": [0, 0, 400], "plane": "xz", "unit": "mm", "frame": "cell"}
     arm = {"kind": "planar", "links": [30, 30, 20], "limits": [None, [0, np.pi], None]}
     out = tmp_path / "arm.urdf"
     code, said, err = run("urdf", seed_file(arm={**arm, "placement": place}), "--out", str(out))
     assert (code, err) == (0, "")
-    assert said == f"3 joints written to {out}\n"
+    assert said == f"3 joints written to {out}\n  reach 0.08 m, base at (0, 0, 0.4) m in cell\n"
     assert sm.load_chain(out).base == "cell"
     code, _, err = run("urdf", seed_file(arm=arm), "--out", str(out))
     assert code == 2
@@ -127,7 +127,7 @@ def test_a_placement_in_a_problem_file_is_checked_field_by_field(run, seed_file,
 
 def test_what_goes_out_bears_the_placement_s_names_and_stored_plans_keep_it(run, seed_file, tmp_path):
     pytest.importorskip("toppra")
-    place = {"base": [0, 0, 0.4], "plane": "xz", "unit": "mm", "frame": "cell", "joints": ["a1", "a2", "a3"]}
+    place = {"base": [0, 0, 400], "plane": "xz", "unit": "mm", "frame": "cell", "joints": ["a1", "a2", "a3"]}
     arm = {"kind": "planar", "links": [30, 30, 20], "limits": [None, [0, np.pi], None], "placement": place}
     stored = tmp_path / "stored.json"
     assert run("plan", seed_file(arm=arm), "--save", str(stored))[0] == 0

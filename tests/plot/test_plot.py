@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import selfmotion as sm
+from selfmotion import plot
 from selfmotion.domain.strips import strips
+from selfmotion.exchange import read_drawing
 from selfmotion.plot import draw_domain, draw_evolution, draw_joints, draw_postures, figure, plan_figures
 from selfmotion.plot.window import Window
 
@@ -92,6 +94,31 @@ def test_axes_show_what_was_computed(seed_plan):
         draw_evolution(right, {"PSO": seed_plan.history[0].best})
         np.testing.assert_array_equal(right.lines[0].get_ydata(), seed_plan.history[0].best)
         canvas.canvas.draw()
+
+
+def test_limits_of_joints_are_in_the_picture_or_named_below_it():
+    """A motion far from its limits used to look as if it had none."""
+    arm = sm.PlanarArm([1, 1, 1], [(-2.9, 2.9), None, (-60, 180)])
+    plan = sm.plan(
+        sm.Problem(arm, sm.Line([2.0, 0.1], [2.1, -0.1]), start=[0.4], elbow="negative"), sm.Refine(starts=1)
+    )
+    with figure() as (_, (axes,)):
+        draw_joints(axes, plan)
+        low, high = axes.get_ylim()
+        assert -3.6 < low < -2.9 < 2.9 < high < 3.6
+        assert [text.get_text() for text in axes.texts] == ["limit θ1", "limit θ1"]
+        assert axes.get_xlabel().endswith("not shown: limits of θ3")
+
+
+def test_a_space_curve_says_that_its_height_is_not_shown_and_its_arrow_is_clear_of_its_start(tmp_path):
+    angle = np.linspace(0, 5, 60)
+    rows = np.stack([np.cos(angle), np.sin(angle), 0.1 * angle], axis=1)
+    np.save(tmp_path / "helix.npy", rows)
+    with figure() as (_, (axes,)):
+        plot.draw_drawing(axes, read_drawing(tmp_path / "helix.npy"))
+        assert "z, from 0 to 0.5 m, is not shown" in axes.get_xlabel()
+        (arrow,) = [text for text in axes.texts if text.arrow_patch is not None]
+        assert np.hypot(*(np.array(arrow.xy) - rows[0, :2])) > 0.15
 
 
 def test_the_whole_arm_is_inside_the_picture(seed_plan):

@@ -207,5 +207,5 @@ def test_without_toppra_it_says_what_to_install(plan, monkeypatch):
     for name in [name for name in sys.modules if name.split(".")[0] == "toppra"]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "toppra", None)
-    with pytest.raises(sm.InvalidInputError, match=r"pip install selfmotion\[time\]"):
+    with pytest.raises(sm.InvalidInputError, match=r"pip install 'selfmotion\[time\]'"):
         sm.time_law(plan, 1.0)

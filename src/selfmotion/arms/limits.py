@@ -5,6 +5,7 @@ A joint that slides has a position, not an angle: it is never turned.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,9 @@ from selfmotion._checks import contains_text, number, read_only
 from selfmotion._types import BoolArray, FloatArray, IntArray, Limits
 from selfmotion.angles import NEVER, TAU, nearest_turn, unwrap, wrap
 from selfmotion.errors import InvalidInputError
+
+_MANY_TURNS = 4 * TAU  # that a joint's limits are seldom beyond [rad]
+_LONG = 100.0  # that rails seldom are [m]
 
 
 class Lifted(NamedTuple):
@@ -92,6 +96,31 @@ class JointLimits:
             [float(v) if np.isfinite(v) else None for v in pair] for pair in zip(self.lower, self.upper, strict=True)
         ]
         return [None if pair == [None, None] else pair for pair in ends]
+
+    def doubts(self, names: Sequence[str] = ()) -> list[str]:
+        """Return what is to be said of limits so wide that they may be in degrees, or millimetres for a rail.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Of the joints; their numbers, from 1, by default.
+        """
+        doubts = []
+        for j, (low, high, slides) in enumerate(zip(self.lower, self.upper, self.slides, strict=True)):
+            ends = np.array([low, high])
+            largest = float(np.abs(ends[np.isfinite(ends)]).max(initial=0.0))
+            if largest <= (_LONG if slides else _MANY_TURNS):
+                continue
+            name = f"joint {names[j] if names else j + 1}"
+            if slides:
+                doubts.append(f"{name} may slide from {low:g} to {high:g} m: are its limits in mm? they are in m")
+            else:
+                turned = f"{largest:g} rad is {np.degrees(largest):.0f}°, more than four turns"
+                doubts.append(
+                    f"{name} may turn from {low:g} to {high:g} rad, and {turned}: are its limits in degrees? "
+                    "they are in radians"
+                )
+        return doubts
 
     @property
     def units(self) -> tuple[str, ...]:

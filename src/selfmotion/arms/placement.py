@@ -14,30 +14,31 @@ from selfmotion._checks import choice, finite_array, read_only
 from selfmotion._types import FloatArray
 from selfmotion.errors import InvalidInputError
 from selfmotion.rotations import from_matrix, from_rotation_matrix, from_rpy, matrix, unit_quaternions
-from selfmotion.units import UNITS
+from selfmotion.units import UNITS, point_text, unlikely_arm
 
 PLANES = ("xy", "xz", "yx", "yz", "zx", "zy")
 """Where the x- and the y-axis of the arm's plane point: ``xz`` is upright, its y-axis up."""
 
 _WAYS = ("plane", "quaternion", "matrix", "rpy", "x_axis")
 _FIELDS = ("base", *_WAYS, "y_axis", "unit", "frame", "joints")
-_REMEDY = f"write {{base: [0, 0, 0.4], plane: xz, unit: mm}}; the fields are {', '.join(_FIELDS)}"
+_REMEDY = f"write {{base: [0, 0, 400], plane: xz, unit: mm}}; the fields are {', '.join(_FIELDS)}"
 _ROUNDED = 1e-15  # norms that are one but for rounding
+_FAR = 50.0  # reaches that no base is likely to be away
 _PARALLEL = 1e-6  # sine of the angle between two axes that say no plane
 
 
 @dataclass(frozen=True, eq=False)
 class ArmPlacement:
-    """A planar arm in space: ``x ↦ base + R (unit·x, 0)``.
+    """A planar arm in space: ``x ↦ unit·(base + R (x, 0))``.
 
     Attributes
     ----------
     base : array, shape (3,)
-        Of the arm's first joint, in `frame` [m].
+        Of the arm's first joint, in `frame` [unit].
     quaternion : array, shape (4,)
         Of R, in the order w, x, y, z; its first two columns are the axes of the arm's plane.
     unit : str
-        Of the arm's links: ``m``, ``mm``, ``cm`` or ``inch``.
+        Of the arm's links and of `base`: ``m``, ``mm``, ``cm`` or ``inch``.
     frame : str
         Name of the frame that the base stands in.
     joints : tuple of str, or None
@@ -103,13 +104,32 @@ class ArmPlacement:
     def pose(self) -> FloatArray:
         """The frame of the arm's plane in `frame` [m], shape (4, 4)."""
         pose = np.eye(4)
-        pose[:3, :3], pose[:3, 3] = matrix(self.quaternion), self.base
+        pose[:3, :3], pose[:3, 3] = matrix(self.quaternion), self.metres * self.base
         return pose
 
     @property
     def metres(self) -> float:
         """In one of the arm's units of length."""
         return UNITS[self.unit]
+
+    def doubts(self, reach: float) -> list[str]:
+        """Return what is to be said if the size of the arm in space, or the place of its base, is an unlikely one.
+
+        Parameters
+        ----------
+        reach : float
+            In the arm's unit.
+        """
+        metres = self.metres * reach
+        doubts = [f"in space {size}" for size in [unlikely_arm(metres, self.unit)] if size is not None]
+        away = float(np.linalg.norm(self.base)) / reach
+        if away > _FAR or 0 < away < 1 / _FAR**1.5:
+            times = f"{away:.0f} times its reach" if away > 1 else f"a {1 / away:.0f}th of its reach"
+            doubts.append(
+                f"in space the arm's base is at {point_text(self.pose[:3, 3])} m, {times} of {metres:.3g} m from the "
+                f"origin: placement.base is in {self.unit} (placement.unit), as the links are"
+            )
+        return doubts
 
     def to_space(self, x: ArrayLike) -> FloatArray:
         """Return points of the arm's plane in space.
@@ -124,7 +144,7 @@ class ArmPlacement:
         array, shape (..., 3)
             In `frame` [m].
         """
-        return self.base + self.metres * np.asarray(x, dtype=float) @ self.pose[:3, :2].T
+        return self.metres * (self.base + np.asarray(x, dtype=float) @ self.pose[:3, :2].T)
 
 
 def _quaternion(field: str, way: str, given: Mapping[str, Any]) -> FloatArray:

@@ -256,3 +256,11 @@ class RedundantArm(Protocol):
     def self_motion(self) -> SelfMotion:
         """Return the self-motion, for one redundant degree; else raise InvalidInputError."""
         ...
+
+
+def length_unit(arm: RedundantArm) -> str | None:
+    """Return the unit of an arm's lengths: m of arms in space, of planar ones that of their placement, else None."""
+    if getattr(arm, "chain", None) is not None:
+        return "m"
+    unit: str | None = getattr(getattr(arm, "placement", None), "unit", None)
+    return unit

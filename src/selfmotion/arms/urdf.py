@@ -24,6 +24,19 @@ MAX_SIZE = 10_000_000
 
 _MOVING = ("revolute", "continuous", "prismatic")
 _REFUSED = ("floating", "planar")
+_ALIKE = 0.75  # similarity of a misspelt name
+_READ: dict[str, dict[str, tuple[str, ...]]] = {
+    "robot": {"link": ("name",), "joint": ("type",)},
+    "joint": {
+        "parent": ("link",),
+        "child": ("link",),
+        "origin": ("xyz", "rpy"),
+        "axis": ("xyz",),
+        "limit": ("lower", "upper", "velocity", "effort"),
+        "mimic": ("joint",),
+    },
+}
+"""Elements that are read inside of others, and their attributes."""
 _SHOWN = 8  # names that a message lists before it says how many more there are
 
 
@@ -161,6 +174,7 @@ def _parsed(text: str) -> ElementTree.Element:
 
 def _tree(robot: ElementTree.Element) -> tuple[list[str], list[_Joint]]:
     """Return the names of all links and all joints, each of which joins two links there are."""
+    _check_spelling(robot)
     links = [_attribute(link, "name", "urdf", "a link") for link in robot.findall("link")]
     twice = _first_twice(links)
     if twice is not None:
@@ -169,6 +183,7 @@ def _tree(robot: ElementTree.Element) -> tuple[list[str], list[_Joint]]:
         raise InvalidInputError("urdf", "has no links", "give a URDF with <link> and <joint> elements")
     joints, known = [], set(links)
     for element in robot.findall("joint"):
+        _check_spelling(element)
         name = _attribute(element, "name", "urdf", "a joint")
         ends = []
         for side in ("parent", "child"):
@@ -185,6 +200,21 @@ def _tree(robot: ElementTree.Element) -> tuple[list[str], list[_Joint]]:
     if twice is not None:
         raise InvalidInputError(_field(twice), "is the name of two joints", "give every joint its own name")
     return links, joints
+
+
+def _check_spelling(element: ElementTree.Element) -> None:
+    """Refuse what is nearly the name of an element that is read; vendors' own elements are passed over."""
+    known = _READ[element.tag]
+    for child in element:
+        if child.tag in known or "}" in child.tag:
+            continue
+        near = get_close_matches(child.tag[:60].lower(), known, 1, _ALIKE)
+        # What has none of that element's attributes is no misspelt one.
+        if near and any(child.get(name) is not None for name in known[near[0]]):
+            name = child.get("name") if element.tag == "robot" else element.get("name")
+            where = f"<{child.tag[:60]}> of {(name or '')[:60]!r}"
+            why = f"has an unknown element {where}, which would not be read"
+            raise InvalidInputError("urdf", why, f"did you mean <{near[0]}>?")
 
 
 def _above(links: list[str], joints: list[_Joint]) -> dict[str, _Joint]:
@@ -262,6 +292,11 @@ def _way(above: dict[str, _Joint], base: str, tip: str) -> list[_Joint]:
     """Return the joints from `base` down to `tip`."""
     links = _ancestors(above, tip)
     if base not in links:
+        roots = [_ancestors(above, base)[-1], links[-1]]
+        if roots[0] != roots[1]:
+            why = f"is not connected with {base!r}: the robot has several roots, {roots[0]!r} above {base!r}"
+            remedy = f"add the joint that is missing, or start from one of {_listed(links[1:]) or 'its own links'}"
+            raise InvalidInputError("tip", f"{why} and {roots[1]!r} above the tip", remedy, tip)
         why = f"is not below {base!r}"
         raise InvalidInputError("tip", why, f"start from one of {_listed(links[1:]) or 'its own links'}", tip)
     return [above[link] for link in links[: links.index(base)]][::-1]

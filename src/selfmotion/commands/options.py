@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -46,5 +47,10 @@ def numbers(option: str, text: str) -> float | list[float]:
 
 def warn(case: Problem) -> None:
     """Say on stderr what is doubtful about a problem."""
-    for warning in case.warnings:
+    say_warnings(case.warnings)
+
+
+def say_warnings(warnings: Iterable[str]) -> None:
+    """Print warnings on stderr."""
+    for warning in warnings:
         print(f"selfmotion: warning: {warning}", file=sys.stderr)

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from selfmotion._version import __version__
-from selfmotion.commands.options import ForceOption, JsonOption, ProblemArgument, numbers
+from selfmotion.commands.options import ForceOption, JsonOption, ProblemArgument, numbers, say_warnings, warn
 from selfmotion.commands.printed import json_text, say, shown_progress, table_lines, timed_lines, yes_or_no
 from selfmotion.errors import InvalidInputError
 
@@ -37,6 +37,7 @@ def path(
     force: ForceOption = False,
 ) -> None:
     """Say what a drawing, a program or a table of waypoints is understood as, and draw it."""
+    from selfmotion.arms.protocols import length_unit
     from selfmotion.exchange import OutputFolder, arm_of, read_drawing
 
     name = os.path.basename(out or "")
@@ -46,12 +47,12 @@ def path(
     folder = None if out is None else OutputFolder(os.path.dirname(out) or ".", force)
     if folder is not None:
         folder.check([name])
-    reach = None if arm is None else arm_of(arm).reach
+    fit = None if arm is None else arm_of(arm)
     options: Any = {"arm_unit": arm_unit, "scale": scale, "tolerance": tolerance, "gaps": gaps, "lift": lift}
     with shown_progress("reading"):
         found = read_drawing(file, unit, dimension=dimension, subpath=subpath, **options)  # type: ignore[arg-type]
-    if reach is not None:
-        found = found.for_arm(reach)
+    if fit is not None:
+        found = found.for_arm(fit.reach, length_unit(fit))
     if folder is not None:
         from selfmotion.plot import draw_drawing, rendered
 
@@ -147,17 +148,20 @@ def arms(
     from selfmotion.arms import CATALOGUE, how_solved, how_solved_file
 
     listed: list[dict[str, Any]] = []
+    doubts: list[str] = []
     if file is not None:
         chain, found = how_solved_file(file, base, tip)
         title = f"{chain.base} to {chain.tip}"
+        doubts = chain.limits.doubts(chain.names)
         listed.append({"name": "urdf", "title": title, **found._asdict(), "tip": chain.tip, "source": file})
     for name, entry in CATALOGUE.items() if file is None else ():
         solved = how_solved(name)._asdict()
         listed.append(
             {"name": name, "title": f"{entry.maker} {entry.title}", **solved, "tip": entry.tip, "source": entry.source}
         )
+    say_warnings(doubts)
     if as_json:
-        say(json_text({"status": "listed", "arms": listed, "version": __version__}))
+        say(json_text({"status": "listed", "arms": listed, "warnings": doubts, "version": __version__}))
         return
     header = ("name", "joints", "u", "branches", "closed form", "rigorous", "source")
     rows = [
@@ -181,14 +185,28 @@ def arms(
 def urdf(
     problem: ProblemArgument,
     out: Annotated[str, typer.Option("--out", metavar="FILE", help="File to write.")],
+    as_json: JsonOption = False,
     force: ForceOption = False,
 ) -> None:
     """Write a problem's arm as URDF: one in space as it is, a planar one where its placement says."""
+    from selfmotion.arms import PlanarArm
     from selfmotion.exchange import load_problem, save_urdf
+    from selfmotion.exchange.urdf_file import planar_chain
+    from selfmotion.units import UNITS, point_text
 
-    arm = load_problem(problem).problem.arm
+    case = load_problem(problem).problem
+    arm = case.arm
+    warn(case)
     try:
         save_urdf(arm, out, force)
     except InvalidInputError as error:
         raise error if error.field == "--out" else error.inside(source=problem) from None
-    say(f"{arm.n} joints written to {out}")
+    planar = arm.placement if isinstance(arm, PlanarArm) else None
+    chain = planar_chain(arm) if isinstance(arm, PlanarArm) else arm.chain  # type: ignore[attr-defined]
+    reach = arm.reach * (1.0 if planar is None else UNITS[planar.unit])
+    base = [0.0, 0.0, 0.0] if planar is None else chain.offsets[0][:3, 3].tolist()
+    if as_json:
+        result = {"status": "written", "joints": arm.n, "reach": reach, "base": base, "frame": chain.base}
+        say(json_text({**result, "warnings": list(case.warnings), "version": __version__}))
+        return
+    say(f"{arm.n} joints written to {out}\n  reach {reach:.6g} m, base at {point_text(base)} m in {chain.base}")

@@ -26,7 +26,7 @@ from selfmotion.exchange.pieces import (
 from selfmotion.exchange.reading import Options
 from selfmotion.paths import Path
 from selfmotion.paths.base import distance
-from selfmotion.units import UNITS, too_small, unlikely
+from selfmotion.units import UNITS, contradiction, point_text, too_large, too_small, unlikely
 
 
 @dataclass(frozen=True)
@@ -161,11 +161,11 @@ class Drawing:
         for gap, travel, after in zip(self.gaps, self.travels, self.subpaths[1:], strict=True):
             if travel is None:
                 open_gaps = sum(other is None for other in self.travels)
-                where = f"subpath {gap.after} ends at {shown(self.subpaths[gap.after].end)}, the next starts at"
+                where = f"subpath {gap.after} ends at {point_text(self.subpaths[gap.after].end)}, the next starts at"
                 raise InvalidInputError(
                     "",
                     f"has {open_gaps} gap{'s' * (open_gaps > 1)} between its {len(self.subpaths)} subpaths: {where} "
-                    f"{shown(after.start)}, {gap.length:.6g} {self.arm_unit} away",
+                    f"{point_text(after.start)}, {gap.length:.6g} {self.arm_unit} away",
                     "take one by subpath, join them by gaps: line, in space by lift, or give a larger tolerance",
                     source=self.file,
                 )
@@ -193,9 +193,28 @@ class Drawing:
         low, high = self.bounds
         return float((high - low).max())
 
-    def for_arm(self, reach: float) -> Drawing:
-        """Return the drawing with a warning if it is so small for an arm that its unit is in doubt."""
-        doubt = too_small(self.extent, self.length, reach, self.arm_unit)
+    def for_arm(self, reach: float, unit: str | None = None) -> Drawing:
+        """Return the drawing with a warning if its size, or its unit, does not fit an arm.
+
+        Parameters
+        ----------
+        reach : float
+            Of the arm, in its unit.
+        unit : str, optional
+            That unit, if it is known: m of arms in space, of planar ones that of their placement.
+        """
+        against = None if unit is None else contradiction(self.arm_unit, unit)
+        if unit is not None and against is not None:
+            size, metres = f"{self.extent:.3g}", self.extent * UNITS[self.arm_unit] / UNITS[unit]
+            doubt: str | None = (
+                f"{against}: its {size} {self.arm_unit} are taken for {size} {unit} by the arm, which reaches "
+                f"{reach:.3g} {unit}; give --arm-unit {unit} (arm_unit: {unit} in a problem file), "
+                f"which makes them {metres:.3g} {unit}"
+            )
+        else:
+            doubt = too_small(self.extent, self.length, reach, self.arm_unit) or too_large(
+                self.extent, reach, self.arm_unit
+            )
         return self if doubt is None else replace(self, warnings=(*self.warnings, doubt))
 
     def summary(self) -> dict[str, Any]:
@@ -237,14 +256,15 @@ class Drawing:
         lines = [
             f"{self.form}: {_plural('subpath', len(self.subpaths))} of {kinds}",
             f"unit {self.unit}; the path is in {self.arm_unit}",
-            f"length {self.length:.9g} {self.arm_unit}, {size} {self.arm_unit}, from {shown(low)} to {shown(high)}",
+            f"length {self.length:.9g} {self.arm_unit}, {size} {self.arm_unit}, "
+            f"from {point_text(low)} to {point_text(high)}",
             f"tolerance {self.tolerance:.3g} {self.arm_unit}: {self._closeness()}",
         ]
         lines += [f"warning: {warning}" for warning in self.warnings]
         for k, part in enumerate(self.subpaths[:40]):
             kinds = ", ".join(_plural(kind, count) for kind, count in part.segments.items())
-            ends = "closed" if part.closed else f"to {shown(part.end)}"
-            lines.append(f"  subpath {k}: {kinds}, length {part.length:.6g}, from {shown(part.start)} {ends}")
+            ends = "closed" if part.closed else f"to {point_text(part.end)}"
+            lines.append(f"  subpath {k}: {kinds}, length {part.length:.6g}, from {point_text(part.start)} {ends}")
             if k < len(self.gaps):
                 lines.append(f"  gap of {self.gaps[k].length:.6g}: {_BRIDGES[self.gaps[k].bridged]}")
         if len(self.subpaths) > 40:
@@ -360,11 +380,6 @@ def _travel(start: FloatArray, end: FloatArray, options: Options) -> tuple[Piece
     else:
         return None
     return () if way is None else (way,)
-
-
-def shown(point: FloatArray) -> str:
-    """Return a point as short text."""
-    return "(" + ", ".join(f"{round(float(value), 12) + 0.0:.6g}" for value in point) + ")"
 
 
 def _plural(name: str, count: int) -> str:

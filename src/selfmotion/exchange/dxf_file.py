@@ -9,10 +9,10 @@ from typing import Any, Literal, NamedTuple, Unpack
 from selfmotion._checks import choice
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.chaining import chained
-from selfmotion.exchange.drawing import Drawing, drawing, shown
+from selfmotion.exchange.drawing import Drawing, drawing
 from selfmotion.exchange.dxf_entities import Entities
 from selfmotion.exchange.reading import Options, Reading, about, needs_extra, read_checked, settled_unit, spelled_out
-from selfmotion.units import UNITS
+from selfmotion.units import UNITS, point_text
 
 # $INSUNITS: our name of the unit and metres in it.
 _INSUNITS = {
@@ -81,7 +81,7 @@ def _read(file: str | os.PathLike[str], unit: str | None, options: Options) -> D
     chains, forks = chained(strokes, options.within)
     notes = ["the origin is that of the file"]
     if forks:
-        at = shown(forks[0])
+        at = point_text(forks[0])
         notes.append(f"more than two ends meet at {len(forks)} points, the first {at}; there the file's order was kept")
     return drawing(
         os.fspath(file), "DXF", words, metres, chains, options,

@@ -9,6 +9,7 @@ from selfmotion._checks import number
 from selfmotion.arms import CATALOGUE, RedundantArm
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.files import read_text
+from selfmotion.exchange.path_kinds import FILE_PATHS
 from selfmotion.exchange.schema import ProblemForm, build, checked, inside
 from selfmotion.exchange.telling import refuse_no_problem
 from selfmotion.exchange.yaml_text import parse_yaml
@@ -114,13 +115,27 @@ def problem_from(data: Any, folder: str = "") -> ProblemFile:
         if options[name] is not None:
             options[name] = {key: value for key, value in options[name].items() if value is not None}
     branch = options.pop("branch")
+    unit = _path_unit(task)
     if "branch" not in given.model_fields_set:
-        return ProblemFile(Problem(arm, path, **options), planner)
+        return ProblemFile(Problem(arm, path, **options).with_path_unit(unit), planner)
     if "elbow" in given.model_fields_set:
         raise InvalidInputError("branch", "is given as elbow too", "leave one of the two out", branch)
     try:
-        return ProblemFile(Problem(arm, path, **{**options, "elbow": branch}), planner)
+        return ProblemFile(Problem(arm, path, **{**options, "elbow": branch}).with_path_unit(unit), planner)
     except InvalidInputError as error:
         if error.field != "elbow":
             raise
         raise InvalidInputError("branch", error.reason, error.remedy, error.value) from None
+
+
+def _path_unit(data: Any) -> str | None:
+    """Return the unit that a file was converted to; None if there is none, they differ, or the path was scaled."""
+    if isinstance(data, list):
+        units = {unit for unit in map(_path_unit, data) if unit is not None}
+        return units.pop() if len(units) == 1 else None
+    if not isinstance(data, dict):
+        return None
+    if data.get("kind") in FILE_PATHS:
+        unit: str = data.get("arm_unit", "m")
+        return unit
+    return None if data.get("scale", 1.0) != 1.0 else _path_unit(list(data.values()))

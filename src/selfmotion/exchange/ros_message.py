@@ -134,7 +134,9 @@ def rosbags() -> tuple[Any, Any]:
     try:
         bags, types = (importlib.import_module(f"rosbags.{part}") for part in ("rosbag2", "typesys"))
     except ImportError:
-        raise MissingExtraError("format", "needs the package rosbags", "pip install selfmotion[ros]", "mcap") from None
+        raise MissingExtraError(
+            "format", "needs the package rosbags", "pip install 'selfmotion[ros]'", "mcap"
+        ) from None
     return bags, types.get_typestore(types.Stores.ROS2_HUMBLE)
 
 

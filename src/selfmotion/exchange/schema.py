@@ -77,7 +77,7 @@ class FollowForm(_Form):
 
 
 class PlacementForm(_Form):
-    """Where a planar arm stands: its base [m], its plane in one of five ways, the unit of its links, and names."""
+    """Where a planar arm stands: its base, its plane in one of five ways, the unit of links and base, and names."""
 
     base: Triple | None = None
     plane: Literal[PLANES] | None = None  # type: ignore[valid-type]

@@ -76,7 +76,7 @@ def save_trajectory(
         If the form is not known, or the suffix says none or another one; if the file cannot be written, or is
         somebody else's.
     MissingExtraError
-        If a bag is asked for and rosbags is not installed: ``pip install selfmotion[ros]``.
+        If a bag is asked for and rosbags is not installed: ``pip install 'selfmotion[ros]'``.
     """
     write_file(file, FORMS[form_of("form", form, file)](trajectory), force)
 
@@ -109,7 +109,7 @@ def load_trajectory(file: str | os.PathLike[str]) -> TimedRows:
     InvalidInputError
         If the file is no such file, is damaged, or is of a later version.
     MissingExtraError
-        If it is a bag and rosbags is not installed: ``pip install selfmotion[ros]``.
+        If it is a bag and rosbags is not installed: ``pip install 'selfmotion[ros]'``.
     """
     source = os.fspath(file)
     data = read_bytes(file)

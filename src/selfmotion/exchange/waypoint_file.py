@@ -91,7 +91,7 @@ def read_table(file: str | os.PathLike[str], unit: str | None = None) -> Table:
             table, stated = json_table(read_text(file))
             if stated is not None:
                 choice("unit", stated, UNITS)
-        named, words = ("m", "m, unless something else is said")
+        named, words = ("m", "m, as nothing else is said")
         if stated is not None or unit is not None:
             named, words = settled_unit(unit, stated, "its unit")
         if suffix == ".npy":

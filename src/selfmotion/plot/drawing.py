@@ -28,6 +28,7 @@ _MOST_NUMBERS = 12  # subpaths that are numbered
 _MOST_GAPS = 1000
 _LONGEST = 5000  # points of one line of many runs
 _MOST_POINTS = 200_000  # on curves
+_CLEAR = 0.12  # how far an arrow is from the start, among shorter lines, in parts of the drawing
 _SEEN = 0.1  # a line shorter than this part of the longest one beside it gets no arrow
 _APART = 0.08  # starts nearer than this part of the drawing would have their numbers on each other
 
@@ -60,7 +61,7 @@ def draw_drawing(axes: Axes, drawing: Drawing) -> None:
     for k, part in enumerate(drawing.subpaths[:_MOST_NUMBERS]):
         start = part.start[:2]
         axes.plot(*start, "o", color=INK, markersize=3.5, zorder=5)
-        _draw_direction(axes, part)
+        _draw_direction(axes, part, _CLEAR * size)
         if all(np.hypot(*(start - other)) > _APART * size for other in numbered):
             axes.annotate(
                 str(k), tuple(start), xytext=(5, -10), textcoords="offset points",
@@ -68,7 +69,13 @@ def draw_drawing(axes: Axes, drawing: Drawing) -> None:
             )  # fmt: skip
             numbered.append(start)
     frame(axes, drawing.bounds[:, :2])
-    axes.set_xlabel(f"x [{drawing.arm_unit}]")
+    height = ""
+    if drawing.bounds.shape[1] > 2:
+        travelled = [piece.points[:, 2] for travel in drawing.travels for piece in travel or ()]
+        heights = np.concatenate([drawing.bounds[:, 2], *travelled])
+        low, high = heights.min(), heights.max()
+        height = f"\nseen from above: z, from {low:.4g} to {high:.4g} {drawing.arm_unit}, is not shown"
+    axes.set_xlabel(f"x [{drawing.arm_unit}]{height}")
     axes.set_ylabel(f"y [{drawing.arm_unit}]")
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, handlelength=2.4, borderaxespad=0.2)
 
@@ -90,14 +97,23 @@ def _draw_gaps(axes: Axes, drawing: Drawing) -> None:
             )  # fmt: skip
 
 
-def _draw_direction(axes: Axes, part: Subpath) -> None:
-    """Draw an arrow half-way along the first line or curve of a subpath that is not seen end-on, as a plunge is."""
+def _draw_direction(axes: Axes, part: Subpath, clear: float) -> None:
+    """Draw an arrow half-way along the first line or curve of a subpath that is not seen end-on, as a plunge is.
+
+    Among lines shorter than `clear` it is that far along them, where the dot at the start does not hide it.
+    """
     for piece in part.pieces:
         x = _points(piece)[:, :2]
         steps = np.hypot(*np.diff(x, axis=0).T)
         if piece.curve is None:
             seen = np.flatnonzero(steps > _SEEN * steps.max(initial=0.0))
-            x = np.linspace(x[seen[0]], x[seen[0] + 1], 21) if len(seen) and steps.max() > 0 else x[:1]
+            if len(seen) and steps.max() > 0:
+                first, far = seen[0], np.cumsum(steps)
+                if steps[first] < clear:
+                    first = max(first, np.searchsorted(far, min(clear, 0.5 * far[-1])))
+                x = np.linspace(x[first], x[first + 1], 21)
+            else:
+                x = x[:1]
         if len(x) > 1:
             break
     else:

@@ -22,7 +22,9 @@ _NAMED = 5  # of more joints, which are shades from the base to the tool
 
 
 def draw_joints(axes: Axes, plan: Plan, joints: Sequence[int] | None = None, absolute: Sequence[int] = ()) -> None:
-    """Draw joint angles against r, with those limits that lie in the picture (Fig. 12a, 17a and 17b).
+    """Draw joint angles against r between their limits (Fig. 12a, 17a and 17b).
+
+    The axis reaches to every limit within a turn of the motion; joints with others are named below.
 
     Parameters
     ----------
@@ -39,8 +41,8 @@ def draw_joints(axes: Axes, plan: Plan, joints: Sequence[int] | None = None, abs
     series = {joint: q[:, : joint + 1].sum(axis=1) if joint in absolute else q[:, joint] for joint in drawn}
     limits = plan.problem.arm.limits
     low, high = (float(end(list(map(end, series.values())))) for end in (min, max))
-    margin = 0.08 * max(high - low, 1e-3)
     shown: dict[float, list[str]] = {}
+    beyond: dict[str, None] = {}  # names, in their order
     many = len(drawn) > _MOST_TOLD_APART
     named = {drawn[k] for k in np.linspace(0, len(drawn) - 1, _NAMED).astype(int)} if many else set(drawn)
     greys = dict(zip(drawn, shades(len(drawn)), strict=True))
@@ -51,12 +53,15 @@ def draw_joints(axes: Axes, plan: Plan, joints: Sequence[int] | None = None, abs
         look: dict[str, Any] = {"color": COLORS[joint % len(COLORS)], "linestyle": dashes}
         axes.plot(r, values, label=label, **({"color": greys[joint], "linewidth": 0.8} if many else look))
         for bound in () if joint in absolute else (limits.lower[joint], limits.upper[joint]):
-            if low - 6 * margin <= bound <= high + 6 * margin:
+            if low - TAU <= bound <= high + TAU:
                 shown.setdefault(float(bound), []).append(name)
+            elif np.isfinite(bound):
+                beyond[name] = None
     axes.set_xlim(0, 1)
     axes.margins(y=0.08)
     _name_limits(axes, shown)
-    axes.set_xlabel("path parameter r")
+    names = list(beyond)[:_NAMED] + ["…"] * (len(beyond) > _NAMED)
+    axes.set_xlabel("path parameter r" + (f"\nnot shown: limits of {', '.join(names)}" if beyond else ""))
     axes.set_ylabel("joint angle [rad], rail [m]" if limits.slides.any() else "joint angle [rad]")
     layout: dict[str, Any] = {"ncols": 4, "handlelength": 3}
     if many:

@@ -130,7 +130,7 @@ def toppra() -> Any:
             importlib.import_module(f"toppra.{part}")
         return importlib.import_module("toppra")
     except ImportError:
-        raise MissingExtraError("", "needs the package toppra", "pip install selfmotion[time]") from None
+        raise MissingExtraError("", "needs the package toppra", "pip install 'selfmotion[time]'") from None
 
 
 def _piece(solver: Any, geometry: Geometry, limits: Limits, a: float, b: float) -> tuple[FloatArray, FloatArray]:

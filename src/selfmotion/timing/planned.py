@@ -48,7 +48,7 @@ def time_law(
         If a limit or the rate is not positive, there is another number of limits than joints, or the plan does not
         hold or has no finite cost.
     MissingExtraError
-        If toppra is not installed: ``pip install selfmotion[time]``.
+        If toppra is not installed: ``pip install 'selfmotion[time]'``.
 
     Notes
     -----
