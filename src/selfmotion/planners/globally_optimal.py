@@ -165,7 +165,7 @@ class _Search:
             return f"{_ARGUMENT}, until the time limit of {self.planner.time_limit:g} s"
         except KeyboardInterrupt:
             return f"{_ARGUMENT}, until it was interrupted"
-        self.bound = max(self.bound, self.threshold)
+        self.bound = max(self.bound, self._surely)
         return "no motion cheaper than the best one is left in the tube"
 
     def _cover(self) -> Cover:
@@ -189,7 +189,7 @@ class _Search:
             if parts:  # whose chains nearly close, unlike those of the whole
                 self._improve(min(parts, key=lambda part: part.bound).chain)
         best = min((part.bound for part in parts), default=np.inf)
-        self.bound = max(self.bound, min(best, self.threshold))
+        self.bound = max(self.bound, min(best, self._surely))
         for part in parts:
             part.tube.prune(self.threshold)
         parts[:] = [part for part in parts if not part.tube.is_empty]
@@ -232,6 +232,11 @@ class _Search:
         rates = self.best.motion.rates(np.array([0.0, 1.0]))
         weights = self.problem.weights
         return np.asarray(-self.problem.objective.smoothed(rates, weights, 1e-9).gradient.mean(axis=0))
+
+    @property
+    def _surely(self) -> float:
+        """What the best motion costs at least."""
+        return self.threshold * (1.0 - 2.0 * max(_MARGIN, self.optima.uncertainty))
 
     @property
     def _gap(self) -> float:
@@ -301,7 +306,8 @@ class _Search:
     def _accept(self, optimum: Optimum, refined: bool) -> bool:
         if refined:
             optimum = self.optima.refined(optimum)
-        cost = self.optima.cost_of(optimum.motion) * (1.0 + _MARGIN)
+        cost = optimum.cost if optimum.settled else self.optima.cost_of(optimum.motion)
+        cost *= 1.0 + max(_MARGIN, self.optima.uncertainty)
         if cost >= self.threshold or not optimum.check.holds:
             return False
         self.best, self.threshold = optimum, cost

@@ -27,10 +27,11 @@ _JUST_BEFORE = 1e-9  # a corner, in r
 _TURN = 1e-3  # change of x' at a corner, as a part of the path's length
 _LEVELS = 8
 _OFF_PATH = 2  # levels on which a spline may leave the path: one that jumps from branch to branch always will
-_EXACT = 1e-7  # a cost that two quadratures agree upon to this part needs no finer knots …
-_AGREED, _LOOSE = 0.1, 1e-4  # … nor one to this part of the tolerance, if that is loose
-_MEASURED = 1e-3  # of the tolerance: error of a motion's cost
-_MOST_PANELS = 800  # for that
+_EXACT, _AGREED = 1e-7, 0.1  # a cost that two quadratures agree upon to this part, of it and of the tolerance, needs no
+# finer knots …
+_LOOSE, _AGREED_LOOSELY = 1e-4, 0.3  # … nor, if that is above the former, one to this part of the tolerance
+_MEASURED = 1e-2  # of the tolerance: error of a motion's cost
+_MOST_PANELS = 800  # for that, besides spans and breaks
 _SURE = 1e-2  # error of a cost, as a part of it, above which a motion jumps or leaves the path somewhere
 _ROUGH = 1e-6  # correction [rad] of spans that are bisected, or those corrected by half the largest if that is less
 _COARSE_TOLERANCE = 1e-7  # of Newton's method on the coarse level
@@ -117,6 +118,11 @@ class Optima:
         self.ended = self.iterations = 0
         self._scale = float(problem.weights.max())  # the solver's weights are 1 at most
 
+    @property
+    def uncertainty(self) -> float:
+        """By how much, as a part of it, a motion's cost may be mistaken."""
+        return _MEASURED * self.tolerance
+
     @cached_property
     def _space(self) -> SplineSpace:
         return SplineSpace.with_spans(_COARSE, self._corners)
@@ -198,8 +204,8 @@ class Optima:
         tolerance, width = self.tolerance, _NARROWEST
         if self.problem.objective.has_kinks:
             tolerance, width = max(tolerance, _LEAST_WITH_KINKS), _WIDTH
-        agreed = _AGREED * tolerance if tolerance > _LOOSE else min(_AGREED * tolerance, _EXACT)
-        before, off_path = np.inf, 0
+        agreed = _AGREED_LOOSELY * tolerance if tolerance > _LOOSE else min(_AGREED * tolerance, _EXACT)
+        before, cost, off_path = np.inf, np.inf, 0
         for _ in range(_LEVELS):
             space, motion = optimum.collocation.space, optimum.motion
             cost = self.cost_of(motion)
@@ -222,7 +228,9 @@ class Optima:
                 break
             self.iterations += minimum.iterations
             optimum = replace(optimum, collocation=collocation, c=minimum.c, cost=minimum.cost * self._scale)
-        return replace(optimum, cost=self.cost_of(optimum.motion), settled=True)
+        else:
+            cost = self.cost_of(optimum.motion)
+        return replace(optimum, cost=cost, settled=True)
 
     def cost_of(self, motion: ClosedSpline) -> float:
         """Return the true cost of a motion, to a small part of the tolerance; infinite if it cannot be measured.
@@ -236,7 +244,10 @@ class Optima:
         def speed(r: FloatArray) -> FloatArray:
             return objective.chord(motion.rates(r), np.ones(len(r)), weights)
 
-        found = integrate(speed, motion.space.edges, _MEASURED * self.tolerance, _MOST_PANELS)
+        edges, breaks = motion.space.edges, self.problem.path.breaks
+        if len(breaks) <= _MOST_PANELS:  # where rates jump
+            edges = np.union1d(edges, breaks)
+        found = integrate(speed, edges, self.uncertainty, len(edges) + _MOST_PANELS)
         return found.value if found.error <= _SURE * found.value else np.inf
 
 
