@@ -27,9 +27,9 @@ _JUST_BEFORE = 1e-9  # a corner, in r
 _TURN = 1e-3  # change of x' at a corner, as a part of the path's length
 _LEVELS = 8
 _OFF_PATH = 2  # levels on which a spline may leave the path: one that jumps from branch to branch always will
-_EXACT, _AGREED = 1e-7, 0.1  # a cost that two quadratures agree upon to this part, of it and of the tolerance, needs no
-# finer knots …
-_LOOSE, _AGREED_LOOSELY = 1e-4, 0.3  # … nor, if that is above the former, one to this part of the tolerance
+_EXACT = 1e-7  # a cost that two quadratures agree upon to this part, and to _AGREED of the tolerance, needs no finer knots
+_AGREED = 0.1
+_LOOSE, _AGREED_LOOSELY = 1e-4, 0.3  # … nor, if the tolerance is above the former, one to the latter part of it
 _MEASURED = 1e-2  # of the tolerance: error of a motion's cost
 _MOST_PANELS = 800  # for that, besides spans and breaks
 _SURE = 1e-2  # error of a cost, as a part of it, above which a motion jumps or leaves the path somewhere
