@@ -11,7 +11,7 @@ import typer
 
 from selfmotion._version import __version__
 from selfmotion.commands import motions, pictures, workshop
-from selfmotion.commands.printed import complain, failure_object, json_text, say
+from selfmotion.commands.printed import complain, json_text, say
 from selfmotion.errors import InvalidInputError, SelfMotionError
 
 app = typer.Typer(
@@ -90,6 +90,8 @@ def _run(arguments: list[str]) -> int:
 def _report_error(error: SelfMotionError, as_json: bool) -> int:
     """Print one line on stderr, and with --json the result object; return the exit code."""
     if as_json and getattr(error, "field", None) != "stdout":
+        from selfmotion.exchange.failure import failure_object
+
         say(json_text(failure_object(error)))
     complain(error)
     return error.exit_code

@@ -24,8 +24,6 @@ from selfmotion.commands.options import (
 from selfmotion.commands.printed import (
     comparison_lines,
     complain,
-    error_object,
-    failure_object,
     json_text,
     plan_lines,
     say,
@@ -51,6 +49,7 @@ def plan(
 ) -> None:
     """Plan a joint motion; --out writes plan.json, trajectory.csv and figures, --save the plan itself."""
     from selfmotion.exchange import OutputFolder, load_problem, trajectory_csv
+    from selfmotion.exchange.failure import error_object, failure_object
 
     case, planner = load_problem(problem)
     if planner is None:
@@ -139,6 +138,7 @@ def repair(
     from dataclasses import asdict
 
     from selfmotion.exchange import OutputFolder, load_problem, motion_csv, read_trajectory
+    from selfmotion.exchange.failure import failure_object
     from selfmotion.mending import repair as mend
     from selfmotion.plot import motion_figures
 
