@@ -10,7 +10,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from selfmotion._version import __version__
-from selfmotion.commands import motions, pictures, workshop
+from selfmotion.commands import motions, pictures, studio, workshop
 from selfmotion.commands.printed import complain, json_text, say
 from selfmotion.errors import InvalidInputError, SelfMotionError
 
@@ -42,6 +42,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "arms": workshop.arms,
     "path": workshop.path,
     "urdf": workshop.urdf,
+    "studio": studio.studio,
 }
 for _name, _command in _COMMANDS.items():
     app.command(name=_name)(_command)
