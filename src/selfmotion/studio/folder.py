@@ -183,19 +183,6 @@ class Folder:
             reason = error.reason.replace(path, "it").replace(os.path.dirname(path), "the folder")
             raise InvalidInputError("file", reason, "save it under another name", file) from None
 
-    def check_files(self, problem: Any) -> None:
-        """Refuse a problem that names a file outside of this folder.
-
-        Raises
-        ------
-        InvalidInputError
-            Of the field that does.
-        """
-        for field, holder in _naming(problem):
-            if not isinstance(holder["file"], str):
-                raise InvalidInputError(field, "is not text", "give a name", holder["file"])
-            self.inside(field, holder["file"])
-
 
 def moved(problem: Any, start: str, end: str) -> Any:
     """Return a problem whose files, named relative to the folder `start`, are named relative to the folder `end`.
@@ -214,16 +201,6 @@ def _moved(name: str, start: str, end: str) -> str:
     if start == end or not name or os.path.isabs(name) or "\0" in name:
         return name
     return os.path.relpath(os.path.join("/", start, name), os.path.join("/", end)).replace(os.sep, "/")
-
-
-def _naming(node: Any, field: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield what names a file, however deep inside, and how the name's field is called."""
-    inner = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
-    for key, value in inner:
-        below = f"{field}.{key}" if field else str(key)
-        if key == "file" and isinstance(node, dict):
-            yield below, node
-        yield from _naming(value, below)
 
 
 def _problem_name(file: str) -> str:

@@ -2,7 +2,7 @@
 
 Any web page can send requests to 127.0.0.1, and any program of this machine can. Against the others: a token in the
 address, which the page sends along; the names this server answers to (against DNS rebinding); where a request comes
-from, as browsers say it; sizes, types and methods; and a policy that lets the page load nothing but this server's files.
+from, as browsers say it; sizes, types and methods; and a policy by which the page loads this server's files only.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 _READ_SECONDS = 60.0
 _API, _STATIC = "/api/", "/static/"
+_REMEDY = "open the address that selfmotion studio printed"
 
 _SELF = "'self'"
 
@@ -138,7 +139,7 @@ class Guard:
     def _check_source(self, headers: dict[str, str]) -> None:
         """Refuse other names of this machine, and pages of other servers."""
         if headers.get("host", "").lower() not in self._hosts:
-            raise Refusal(421, "this is the studio, by another name", "open the address that selfmotion studio printed")
+            raise Refusal(421, "this is the studio, by another name", _REMEDY)
         origin = headers.get("origin")
         if origin is not None and origin.lower() not in self._origins:
             raise Refusal(403, "another page may not ask the studio")
@@ -150,9 +151,7 @@ class Guard:
             raise Refusal(404, "there is no such page")
         _check_method(scope, "POST")
         if not self._is_token(headers.get("x-selfmotion-token", "")):
-            raise Refusal(
-                403, "the token is not that of this studio", "open the address that selfmotion studio printed"
-            )
+            raise Refusal(403, "the token is not that of this studio", _REMEDY)
         task = TASKS.get(path[len(_API) :])
         if task is None:
             raise Refusal(404, "there is no such task", f"there are {', '.join(TASKS)}")
@@ -172,7 +171,7 @@ def _check_fetched_here(headers: dict[str, str]) -> None:
 
 
 def _is_for_a_tab(headers: dict[str, str]) -> bool:
-    """Return whether a page is asked for from here, or by whoever follows a link to it; not as a part of another page."""
+    """Return whether a page is asked for from here, or by whoever follows a link: not as a part of another page."""
     if headers.get("sec-fetch-site", "none") in ("same-origin", "none"):
         return True
     return headers.get("sec-fetch-mode") == "navigate" and headers.get("sec-fetch-dest") == "document"

@@ -11,7 +11,6 @@ import re
 import secrets
 import signal
 import socket
-import sys
 import threading
 from collections.abc import AsyncGenerator, Iterator
 from contextlib import aclosing, contextmanager, suppress

@@ -1,7 +1,6 @@
 """What a worker can be asked: the names, which the server knows, and the functions, which only a worker loads.
 
-A function takes what a page sent, already checked by its form. The working folder of a worker is the studio's folder,
-so that files named in a problem are found there.
+A function takes what a page sent, already checked by its form.
 """
 
 from __future__ import annotations
@@ -58,8 +57,6 @@ def answer(name: str, payload: dict[str, Any], folder: Folder, tell: Tell) -> An
     checked(FORMS[name], payload)
     if name == "check":
         return _check(folder, payload)
-    if "problem" in payload and name not in ("write", "save"):
-        folder.check_files(payload["problem"])
     if name in _FILE_TASKS:
         return _FILE_TASKS[name](folder, payload)
     from selfmotion.studio.answers import ANSWERS

@@ -79,7 +79,7 @@ class Worker:
                 self._answer(self._waiting.get(timeout=_PATIENCE))
             with suppress(Exception):  # what cannot be loaded is said when it is asked for
                 importlib.import_module(module)
-        # The very first look compiles for a while: files can be opened meanwhile, and another look waits for the compiler.
+        # The very first look compiles for a while; files can be opened meanwhile.
         threading.Thread(target=_look_once, args=(self._folder,), daemon=True).start()
         while True:
             self._answer(self._waiting.get())
@@ -117,14 +117,14 @@ def refusal(error: Exception) -> dict[str, Any]:
         from selfmotion.exchange.failure import blocked_object, error_object
 
         said = error_object(error)
-        infeasible = isinstance(error, InfeasibleError)
+        known = error if isinstance(error, InfeasibleError) else None
         return {
             "status": error.status,
             "message": said["message"],
             "remedy": said["remedy"],
             "field": said["field"],
-            "blocked": [blocked_object(part) for part in error.blocked] if infeasible else None,
-            "needs": [str(need) for need in error.needs] if infeasible else None,
+            "blocked": None if known is None else [blocked_object(part) for part in known.blocked],
+            "needs": None if known is None else [str(need) for need in known.needs],
         }
     if isinstance(error, MemoryError):
         message, remedy = "this needs more memory than there is", "lower samples or population"

@@ -156,7 +156,7 @@ class Pool:
 
     async def _start(self) -> asyncio.subprocess.Process:
         """Start a worker, in a session of its own: an interrupt from the terminal is the server's affair."""
-        threads = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
+        threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
         process = await asyncio.create_subprocess_exec(
             sys.executable,
             "-P",  # a json.py in the working folder is not ours
