@@ -1,8 +1,11 @@
-"""YAML as data only: the YAML 1.2 numbers and booleans, no code, no aliases, no repeated keys."""
+"""YAML as data only: the YAML 1.2 numbers and booleans, no code, no aliases, no repeated keys; read and written."""
 
 from __future__ import annotations
 
+import json
+import math
 import re
+from io import StringIO
 from typing import Any
 
 import yaml
@@ -81,3 +84,60 @@ def parse_yaml(text: str, source: str) -> Any:
         raise InvalidInputError("", "is nested too deeply", remedy, source=source) from None
     except (ValueError, OverflowError) as error:
         raise InvalidInputError("", f"holds a value that cannot be read ({error})", remedy, source=source) from None
+
+
+_LINE = 100  # what is longer than this is not written on one line
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes what `_Loader` reads back: text in quotes where that would take it for a number."""
+
+    yaml_implicit_resolvers = _Loader.yaml_implicit_resolvers
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def yaml_text(data: dict[str, Any]) -> str:
+    """Return plain data as YAML for people: a line per field, short lists and mappings on one line.
+
+    Parameters
+    ----------
+    data : dict
+        Of what JSON knows.
+
+    Returns
+    -------
+    str
+        :func:`parse_yaml` makes the same data of it.
+
+    Raises
+    ------
+    InvalidInputError
+        If it holds anything else.
+    """
+    try:
+        dumper = _Dumper(StringIO(), sort_keys=False)
+        root: Any = dumper.represent_data(data)
+        root.flow_style = not data
+        for _, value in root.value:
+            _laid_out(value)
+        text = yaml.serialize(root, Dumper=_Dumper, width=math.inf, allow_unicode=True)
+        if parse_yaml(text, "") == data:
+            return text
+    except (yaml.YAMLError, InvalidInputError, RecursionError, ValueError):
+        pass  # some text that YAML writes otherwise than it reads; JSON is YAML as well
+    try:
+        return json.dumps(data, indent=2, allow_nan=False) + "\n"
+    except (TypeError, ValueError, RecursionError) as error:
+        raise InvalidInputError("problem", f"is not plain data: {error}", "give what JSON knows") from None
+
+
+def _laid_out(node: Any) -> int:
+    """Write a node on one line if that is short, else its parts each on its own; return about how long it is."""
+    if isinstance(node, yaml.ScalarNode):
+        return len(node.value)
+    parts = [part for item in node.value for part in (item if isinstance(item, tuple) else (item,))]
+    length = sum(_laid_out(part) + 2 for part in parts)
+    node.flow_style = length <= _LINE
+    return length
