@@ -52,8 +52,13 @@ def _in_section(field: str, section: str, data: Any) -> Iterator[NamedFile]:
         return
     hints = hints_of(part)
     for name, value in data.items():
-        if name in hints:
+        if name in hints and _may_name(hints[name]):
             yield from _in_field(f"{field}.{name}", hints[name], value)
+
+
+def _may_name(hint: Any) -> bool:
+    """Return whether a type has a file name or another section somewhere: of long lists of numbers none is looked at."""
+    return hint == FileName or hint in NESTED or any(map(_may_name, get_args(hint)))
 
 
 def _in_field(field: str, hint: Any, value: Any) -> Iterator[NamedFile]:
@@ -62,7 +67,7 @@ def _in_field(field: str, hint: Any, value: Any) -> Iterator[NamedFile]:
         if isinstance(value, str):
             yield NamedFile(field, value)
         return
-    if isinstance(hint, type) and hint in NESTED:
+    if hint in NESTED:
         yield from _in_section(field, NESTED[hint], value)
         return
     inner = get_args(hint)
@@ -75,7 +80,7 @@ def _in_field(field: str, hint: Any, value: Any) -> Iterator[NamedFile]:
             yield from _in_field(field, one, value)
 
 
-def check_inside(data: Any, folder: str | None) -> None:
+def check_inside(data: Any, folder: str | None) -> list[NamedFile]:
     """Refuse a problem that names a file outside of a folder, also by way of links.
 
     Parameters
@@ -85,16 +90,23 @@ def check_inside(data: Any, folder: str | None) -> None:
     folder : str or None
         Relative names are relative to it. None for no folder: then a problem may name no file.
 
+    Returns
+    -------
+    list of NamedFile
+        All that it names.
+
     Raises
     ------
     InvalidInputError
         Naming the field.
     """
-    for field, name in named_files(data):
+    files = named_files(data)
+    for field, name in files:
         if folder is None:
             raise InvalidInputError(field, "names a file, and there is no folder", "give what is in it instead", name)
         if not is_inside(name, folder):
             raise InvalidInputError(field, "names a file outside of the folder", _OUTSIDE, name)
+    return files
 
 
 def is_inside(name: str, folder: str) -> bool:

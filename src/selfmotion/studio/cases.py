@@ -67,8 +67,7 @@ CASES = (
         "3R arm without limits: the shortest motion changes the elbow, through a fold",
         {
             "arm": {"kind": "planar", "links": [30, 30, 20]},
-            "path": {"kind": "line", "start": [60, 0], "end": [-20, 45]},
-            "start": {"u": [0.3]},
+            "path": {"kind": "bezier", "control_points": [[20, 50], [-35, 15], [-25, 30], [25, -35]]},
             "planner": {"kind": "global", "gap": 1e-3, "time_limit": 60},
         },
     ),
@@ -97,11 +96,10 @@ CASES = (
     ),
     Case(
         "circle-4r",
-        "4R arm on a circle, which its motion closes: two redundant degrees, refined from many starts",
+        "4R arm on a circle: two redundant degrees, refined from many starts",
         {
             "arm": {"kind": "planar", "links": [7, 7, 4, 1.5]},
             "path": {"kind": "circle", "center": [6, 4], "radius": 4},
-            "cyclic": "exact",
             "samples": 600,
             "planner": {"kind": "refine", "starts": 12, "seed": 0, "time_limit": 20},
         },

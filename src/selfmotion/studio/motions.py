@@ -18,6 +18,7 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.plan_file import plan_bytes
 from selfmotion.motion import Motion
 from selfmotion.objectives import L1Travel
+from selfmotion.paths.base import PLANE, SPACE
 from selfmotion.planners import Planner, Sinusoid
 from selfmotion.plans import Plan
 from selfmotion.plot.optimum import bands, tube_intervals
@@ -129,14 +130,14 @@ def curve_object(problem: Problem, hand: Hand, kind: str, settled: bool = True) 
         False while something is dragged: then what takes long is None.
     """
     judged = Judged.of(problem, hand, settled)
-    few = len(problem.path.breaks) <= MOST_BREAKS and problem.arm.dimension == 2
+    few = len(problem.path.breaks) <= MOST_BREAKS
     known: dict[str, Any] = {"cost": None, "cost_error": None, "cost_sampled": None, "l1": None}
     if not judged.wrong:
         made = Plan(problem, judged.motion, kind, {})
         known["cost_sampled"] = float(problem.objective.sampled(judged.rows.q, judged.rows.r, problem.weights))
-        if settled or few:
-            known |= {"cost": made.cost, "cost_error": finite(made.cost_error)}
-        known["l1"] = made.l1_travel if settled else _l1(judged.rows)
+        if settled or (few and problem.arm.dimension == PLANE):
+            known |= {"cost": finite(made.cost), "cost_error": finite(made.cost_error)}
+        known["l1"] = finite(made.l1_travel) if settled and few else _l1(judged.rows)
     check = judged.check
     return (
         _object(problem, judged.rows, judged.branch, kind, judged.wrong)
@@ -173,7 +174,7 @@ def _object(problem: Problem, rows: Sampled, branch: Any, kind: str, wrong: list
     branches = np.broadcast_to(np.asarray(branch, dtype=float), rows.r.shape)
     r, u, q, on = (thinned(column, MOST_ROWS) for column in (rows.r, rows.u, rows.q, branches))
     there = np.isfinite(q).all(axis=-1)
-    points = np.full((len(r), problem.arm.n + 1, 2 if problem.arm.dimension == 2 else 3), np.nan)
+    points = np.full((len(r), problem.arm.n + 1, PLANE if problem.arm.dimension == PLANE else SPACE), np.nan)
     points[there] = problem.arm.joint_positions(q[there])
     return {
         "r": packed(r), "u": packed(u), "q": packed(q), "branch": packed(on, "f4"), "points": packed(points, "f4"),
@@ -291,7 +292,7 @@ def _outside_limits(arm: RedundantArm, r: FloatArray, q: FloatArray) -> list[Wro
 
 def _at_samples(problem: Problem, rows: Sampled) -> list[Failure]:
     """Return what of elbow, ends and closure does not hold, as far as there are postures."""
-    there: BoolArray = np.isfinite(rows.q).all(axis=-1)
+    there: BoolArray = np.asarray(np.isfinite(rows.q).all(axis=-1))
     found = elbow_failures(problem, rows.r[there], rows.q[there]) if there.any() else []
     if there[0] and there[-1]:
         found += end_failures(problem, rows.q) + closure_failures(problem, rows.q)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import os
 from collections import OrderedDict
+from collections.abc import Sequence
 from threading import Lock
 from typing import Any
 
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange import ProblemFile, problem_from
-from selfmotion.exchange.named_files import check_inside, named_files
+from selfmotion.exchange.named_files import NamedFile, check_inside
 
 MOST_BREAKS = 2000
 """Of paths with more breaks than this only samples are looked at."""
@@ -36,11 +37,11 @@ def problem_of(data: Any, folder: str | None) -> ProblemFile:
     """
     if not isinstance(data, dict):
         raise InvalidInputError("problem", "is not a mapping", "give the data of a problem file")
-    check_inside(data, folder)
+    files = check_inside(data, folder)
     for name in ("arm", "path"):
         if name in data and not isinstance(data[name], dict):
             raise InvalidInputError(name, "is not a mapping", f"write {name}: {{kind: …}}", data[name])
-    key = _key(data, folder)
+    key = _key(data, folder, files)
     with _lock:
         made = _known.pop(key, None)
     if made is None:
@@ -52,17 +53,17 @@ def problem_of(data: Any, folder: str | None) -> ProblemFile:
     return made
 
 
-def _key(data: Any, folder: str | None) -> Any:
+def _key(data: Any, folder: str | None, files: Sequence[NamedFile]) -> Any:
     """Return what is the same only for the same problem: its text, and how its files stand."""
     try:
         text = json.dumps(data)
     except (TypeError, ValueError, RecursionError):
         raise InvalidInputError("problem", "is not plain data", "give what JSON knows") from None
-    files = []
-    for _, name in named_files(data):
+    marks = []
+    for _, name in files:
         try:
             found = os.stat(os.path.join(folder or "", name))
-            files.append((found.st_mtime_ns, found.st_size, found.st_ino))
+            marks.append((found.st_mtime_ns, found.st_size, found.st_ino))
         except OSError:
-            files.append((0, 0, 0))
-    return text, folder, tuple(files)
+            marks.append((0, 0, 0))
+    return text, folder, tuple(marks)
