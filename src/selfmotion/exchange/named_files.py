@@ -57,7 +57,7 @@ def _in_section(field: str, section: str, data: Any) -> Iterator[NamedFile]:
 
 
 def _may_name(hint: Any) -> bool:
-    """Return whether a type has a file name or another section somewhere: of long lists of numbers none is looked at."""
+    """Return whether a type has a file name or a section somewhere: of long lists of numbers none is looked at."""
     return hint == FileName or hint in NESTED or any(map(_may_name, get_args(hint)))
 
 

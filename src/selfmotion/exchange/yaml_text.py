@@ -117,20 +117,25 @@ def yaml_text(data: dict[str, Any]) -> str:
         If it holds anything else.
     """
     try:
-        dumper = _Dumper(StringIO(), sort_keys=False)
-        root: Any = dumper.represent_data(data)
-        root.flow_style = not data
-        for _, value in root.value:
-            _laid_out(value)
-        text = yaml.serialize(root, Dumper=_Dumper, width=math.inf, allow_unicode=True)
-        if parse_yaml(text, "") == data:
-            return text
+        for readable in (True, False):  # letters of all scripts as they are, unless YAML reads some of them otherwise
+            text = _dumped(data, readable)
+            if parse_yaml(text, "") == data:
+                return text
     except (yaml.YAMLError, InvalidInputError, RecursionError, ValueError):
-        pass  # some text that YAML writes otherwise than it reads; JSON is YAML as well
-    try:
+        pass
+    try:  # JSON is YAML as well
         return json.dumps(data, indent=2, allow_nan=False) + "\n"
     except (TypeError, ValueError, RecursionError) as error:
         raise InvalidInputError("problem", f"is not plain data: {error}", "give what JSON knows") from None
+
+
+def _dumped(data: dict[str, Any], readable: bool) -> str:
+    dumper = _Dumper(StringIO(), sort_keys=False)
+    root: Any = dumper.represent_data(data)
+    root.flow_style = not data
+    for _, value in root.value:
+        _laid_out(value)
+    return str(yaml.serialize(root, Dumper=_Dumper, width=math.inf, allow_unicode=readable))
 
 
 def _laid_out(node: Any) -> int:

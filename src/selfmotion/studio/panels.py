@@ -114,6 +114,7 @@ def _sampled(problem: Problem) -> dict[str, Any]:
         for branch in problem.elbow_branches
         if found.stretches(branch)
     ]
+    panels = [panel for panel in panels if panel["strips"]] or panels  # without those of single postures only
     return {"kind": "sampled", "panels": panels, "structure": sampled_lines(found)}
 
 

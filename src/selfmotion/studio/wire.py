@@ -37,7 +37,7 @@ def unpacked(field: str, value: Any) -> FloatArray:
         Naming the field, if it is neither.
     """
     try:
-        if not isinstance(value, dict):
+        if isinstance(value, list | tuple):
             return np.array(value, dtype=float)
         (precision,) = set(value) - {"shape"}
         if precision not in ("f4", "f8"):
