@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictInt, Valida
 
 from selfmotion._checks import choice
 from selfmotion._types import FileName
-from selfmotion.arms import ARMS
+from selfmotion.arms import ARMS, CATALOGUE
 from selfmotion.arms.placement import PLANES
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.path_kinds import FILE_PATHS
@@ -319,6 +319,7 @@ def json_schema() -> dict[str, Any]:
         for kind in SECTIONS["path"]
     ]
     definitions["task"] = {"oneOf": [_lifted(task, definitions) for task in tasks]}
+    definitions["arm_named"]["properties"]["name"]["enum"] = list(CATALOGUE)  # checked with the arm
     schema = _with_references(schema)
     for name in ("elbow", "branch"):
         schema["properties"][name]["enum"] = ["any", *_branch_names()]

@@ -60,8 +60,10 @@ const PLANNERS = {
   moving_base: (scene, old) => (scene.n_u > 1 && scene.dimension === 2 ? { optimizer: free(old) } : null),
 };
 
+// Of another kind of arm: its path comes with it.
 const ARMS = {
-  planar: (scene) => (scene.dimension === 2 ? { links: scene.links } : null),
+  planar: (scene) => ({ links: scene.links ?? [30, 30, 20] }),
+  named: () => ({ name: "panda" }),
 };
 
 const SEARCHES = ({ kind: _, variant: _v, walls: _w, ...rest }) => rest;
@@ -73,7 +75,7 @@ export function begin(section, kind, old, scene, start) {
     return Object.fromEntries(Object.entries({ kind, population, iterations, bounds, seed }).filter(([, value]) => value !== undefined));
   }
   const makers = { task: PATHS, path: PATHS, planner: PLANNERS, arm: ARMS }[section];
-  if (!scene || (scene.dimension !== 2 && makers === PATHS)) return null;
+  if (!scene || (scene.dimension !== 2 && makers === PATHS)) return null; // poses: as text
   const made = makers?.[kind]?.(scene, old, start);
   if (!made) return null;
   return { kind, ...made, ...(section === "task" && old.direction !== undefined ? { direction: old.direction } : {}) };

@@ -51,7 +51,7 @@ export async function openDialog(use) {
       ...examples.map((example) => button(example.title, () => take(async () => ({ problem: example.problem, file: null })))),
       html("h3", {}, `Files in ${folder}`),
       ...files.map((file) => button(file, () => take(async () => ({ ...(await ask("open", { file })), file })), { class: "file" })),
-      files.length ? null : html("p", {}, "none"),
+      ...(files.length ? [] : [html("p", {}, "none")]),
     );
   } catch (error) {
     list.replaceChildren(complaint(error));

@@ -22,12 +22,12 @@ export class Forms {
 
   #formOf(section, kind) { return this.#formsOf(section).find((form) => form.properties.kind.const === kind); }
 
-  // The fields of a section with a choice of its kind; `change(data)` hears of every edit.
-  section(section, data, change, only = null) {
-    const kinds = (only ?? this.kindsOf(section)).filter((kind) => kind === data.kind || this.begin(section, kind, data) !== null);
+  // The fields of a section with a choice of its kind, or `bare` of them; `change(data)` hears of every edit.
+  section(section, data, change, { bare = false } = {}) {
+    const kinds = this.kindsOf(section).filter((kind) => kind === data.kind || this.begin(section, kind, data) !== null);
     const chosen = this.#select("kind", kinds, data.kind, (kind) => change(this.begin(section, kind, data)));
     const form = this.#formOf(section, data.kind);
-    if (!form) return html("div", {}, chosen);
+    if (!form || bare) return html("div", {}, chosen);
     const about = form.description ? html("p", { class: "about" }, form.description.replaceAll("`", "")) : null;
     const fields = Object.entries(form.properties).filter(([name]) => name !== "kind").map(([name, part]) => {
       const set = (value) => {

@@ -171,7 +171,7 @@ function showVerdict() {
   const blocked = live.scene?.blocked ?? [];
   let parts;
   if (live.failure) parts = failureParts(live.failure);
-  else if (planning.isRunning) parts = [chip("planning", "hand"), html("p", { class: "said" }, "in a worker: you may go on, and cancel at any time")];
+  else if (planning.isRunning) parts = [chip("planning", "hand"), html("p", { class: "said" }, "in a process of its own: you may go on, and cancel at any time; the first plan with a kind of arm is compiled first, up to a minute")];
   else if (curve === "plan" && plan()) parts = planParts(plan(), live.scene);
   else if (failed) parts = failureParts(failed);
   else if (blocked.length && !now) parts = [chip("no motion exists", "infeasible"), html("p", { class: "said" }, blocked[0].text)];
@@ -310,15 +310,21 @@ const startOf = () => {
   return now ? Array.from(row(now.u, 0), rounded) : Array(scene()?.n_u ?? 1).fill(0);
 };
 
+const PATIENCE = 2500; // before the page says what takes so long [ms]
+
 async function start() {
+  const late = setTimeout(() => {
+    $("#verdict").replaceChildren(chip("starting", "hand"), html("p", { class: "said" }, "the library is compiled for this machine: only the first time, half a minute or more"));
+  }, PATIENCE);
+  live.addEventListener("seen", () => clearTimeout(late), { once: true });
   const file = document.querySelector('meta[name="selfmotion-file"]')?.content;
-  const schema = ask("schema");
+  const [schema, examples] = await Promise.all([ask("schema"), ask("examples")]);
   const linked = await fromLink().catch((error) => { tell("This link cannot be read", error); return null; });
   if (!linked) {
     if (file) use({ ...(await ask("open", { file })), file });
-    else use((await ask("examples"))[0]);
+    else use(examples[0]);
   }
-  panel = new ProblemPanel(model, new Forms(await schema, beginnings(scene, startOf)), scene, startOf);
+  panel = new ProblemPanel(model, new Forms(schema, beginnings(scene, startOf)), scene, examples);
   showAll();
 }
 

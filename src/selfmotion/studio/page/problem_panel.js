@@ -11,8 +11,9 @@ const OWN = ["elbow", "cyclic", "objective", "weights", "samples", "start", "end
 export class ProblemPanel {
   #shown = null;
 
-  constructor(model, forms, scene, startOf) {
-    Object.assign(this, { model, forms, scene, startOf });
+  // `examples` are where another kind of arm gets its path from.
+  constructor(model, forms, scene, examples) {
+    Object.assign(this, { model, forms, scene, examples });
     this.places = Object.fromEntries(["planner", "arm", "path", "task"].map((name) => [name, document.querySelector(`#${name}-form`)]));
     this.text = document.querySelector("#text");
     this.source = document.querySelector("#source");
@@ -27,17 +28,25 @@ export class ProblemPanel {
     const focused = document.activeElement?.closest?.("[data-field]")?.dataset.field;
     const change = (name) => (data) => {
       if (data === null) return;
+      if (name === "arm" && data.kind !== problem.arm.kind) { this.#changeArm(data); return; }
       const more = name === "planner" && data.kind !== problem.planner?.kind ? { frequency: data.kind === "sinusoid" ? [1] : null } : {};
       this.model.change({ problem: { ...this.model.state.problem, [name]: data }, ...more });
     };
     this.places.planner.replaceChildren(this.forms.section("planner", problem.planner ?? { kind: "global" }, change("planner")));
-    const arm = problem.arm.kind === "planar"
-      ? jointTable(problem.arm, change("arm")) : this.forms.section("arm", problem.arm, change("arm"));
-    this.places.arm.replaceChildren(arm);
+    const planar = problem.arm.kind === "planar";
+    this.places.arm.replaceChildren(...[
+      this.forms.section("arm", problem.arm, change("arm"), { bare: planar }), planar ? jointTable(problem.arm, change("arm")) : null,
+    ].filter(Boolean));
     this.places.path.replaceChildren(this.forms.section("task", problem.path, change("path")));
     this.places.task.replaceChildren(...OWN.map((name) => this.#own(name, problem)));
     if (focused) document.querySelector(`[data-field="${CSS.escape(focused)}"] :is(input, select)`)?.focus({ preventScroll: true });
     this.#write();
+  }
+
+  // Another kind of arm moves where the path that is there makes no sense: take one that does.
+  #changeArm(arm) {
+    const found = this.examples.map((example) => example.problem).find((problem) => problem.arm.kind === arm.kind && problem.planner.kind === "global");
+    if (found) this.model.change({ problem: found, hand: null, frequency: null, file: null });
   }
 
   #own(name, problem) {
