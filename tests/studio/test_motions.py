@@ -75,6 +75,7 @@ def test_wrong_stretches_are_where_no_posture_exists_or_limits_are_left():
     assert all(inside(reach, at) != fine for at, fine in zip(r[told_far], ok[told_far], strict=True))
     shown_r, shown_q = arrays(told, "r", "q")
     missing = ~np.isfinite(shown_q).all(axis=1)
+    assert missing.sum() == sum(inside(reach, at) for at in shown_r) > 20
     assert all(inside(reach, at) for at in shown_r[missing])
     # limits: where the posture that is shown is outside of them, and nowhere else
     for j in range(arm.n):
@@ -238,3 +239,38 @@ def test_long_motions_are_thinned_and_keep_both_ends():
     assert len(r) == len(q) == 2001
     assert (r[0], r[-1]) == (0.0, 1.0)
     assert (np.diff(r) > 0).all()
+
+
+@pytest.fixture(scope="module")
+def panda():
+    return problem_of(next(case.problem for case in CASES if case.name == "panda-circle"), None).problem
+
+
+def test_of_an_arm_in_space_postures_that_do_not_exist_are_missing(panda):
+    r = panda.rows
+    seen = set()
+    for branch in panda.elbow_branches:
+        rows = [np.linspace(-2.6, 2.6, 12).tolist()]
+        curve = hand(panda, rows, panda.arm.branches[branch])
+        told = curve_object(panda, curve, "hand")
+        _, ok = panda.arm.solve(panda.path(r), curve.curve(r, 0), branch)
+        (q,) = arrays(told, "q")
+        np.testing.assert_array_equal(np.isfinite(q).all(axis=1), ok)
+        reach = [part["r"] for part in told["wrong"] if part["kind"] == "reach"]
+        assert all(inside(reach, at) != fine for at, fine in zip(r, ok, strict=True))
+        assert panda.arm.task_error(q[ok], panda.path(r[ok])).max(initial=0.0) < 1e-8
+        seen |= set(ok.tolist())
+    assert seen == {True, False}
+
+
+def test_of_an_arm_in_space_limits_are_told_by_joint(panda):
+    branch = panda.elbow_branches[0]
+    curve = hand(panda, [[0.8] * 8], panda.arm.branches[branch])
+    told = curve_object(panda, curve, "hand", settled=False)
+    r, q = arrays(told, "r", "q")
+    for j in range(7):
+        stretches = [part["r"] for part in told["wrong"] if part["kind"] == "limit" and part["joint"] == j]
+        margin = np.minimum(q[:, j] - panda.arm.limits.lower[j], panda.arm.limits.upper[j] - q[:, j])
+        assert all(inside(stretches, at) for at in r[margin < -1e-6])
+        deep = (margin > 0) & (np.roll(margin, 1) > 0) & (np.roll(margin, -1) > 0)
+        assert not any(inside(stretches, at) for at in r[deep])
