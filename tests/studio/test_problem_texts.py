@@ -1,7 +1,9 @@
 """Problem files as text: what is written reads back equal, and what is no problem is refused by line."""
 
 import json
+import time
 
+import numpy as np
 import pytest
 import yaml
 from hypothesis import given
@@ -68,6 +70,24 @@ def test_what_is_no_problem_is_refused_and_says_where(text, said):
     with pytest.raises(InvalidInputError) as found:
         ask("read", text=text)
     assert said in str(found.value)
+
+
+def test_texts_of_very_many_points_are_written_and_read_at_once():
+    points = np.random.default_rng(0).uniform(-50, 50, (100_000, 2)).tolist()
+    data = {"arm": {"kind": "planar", "links": [30, 30, 20]}, "path": {"kind": "waypoints", "points": points}}
+    began = time.perf_counter()
+    text = ask("write", problem=data)["text"]
+    assert ask("read", text=text)["problem"] == data
+    assert time.perf_counter() - began < 5
+
+
+@pytest.mark.parametrize(
+    "text",
+    ['{"arm": {"a": 1, "a": 2}, "path": {}}', '{"arm": {}, "path": {"x": NaN}}', '{"arm": {"x": 1e999}, "path": {}}'],
+)
+def test_json_has_the_same_rules(text):
+    with pytest.raises(InvalidInputError):
+        ask("read", text=text)
 
 
 def test_text_must_be_text_and_problems_mappings():

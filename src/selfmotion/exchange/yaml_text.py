@@ -87,6 +87,7 @@ def parse_yaml(text: str, source: str) -> Any:
 
 
 _LINE = 100  # what is longer than this is not written on one line
+_FOR_PEOPLE = 500_000  # what is longer than this nobody reads, and YAML takes long to write
 
 
 class _Dumper(yaml.SafeDumper):
@@ -117,16 +118,24 @@ def yaml_text(data: dict[str, Any]) -> str:
         If it holds anything else.
     """
     try:
+        if len(json.dumps(data)) > _FOR_PEOPLE:
+            return _as_json(data)
         for readable in (True, False):  # letters of all scripts as they are, unless YAML reads some of them otherwise
             text = _dumped(data, readable)
             if parse_yaml(text, "") == data:
                 return text
-    except (yaml.YAMLError, InvalidInputError, RecursionError, ValueError):
+    except (yaml.YAMLError, InvalidInputError, RecursionError, TypeError, ValueError):
         pass
-    try:  # JSON is YAML as well
-        return json.dumps(data, indent=2, allow_nan=False) + "\n"
+    return _as_json(data)
+
+
+def _as_json(data: dict[str, Any]) -> str:
+    """Return data as JSON, which is YAML as well, a line per field."""
+    try:
+        lines = [f"  {json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in data.items()]
     except (TypeError, ValueError, RecursionError) as error:
         raise InvalidInputError("problem", f"is not plain data: {error}", "give what JSON knows") from None
+    return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 def _dumped(data: dict[str, Any], readable: bool) -> str:

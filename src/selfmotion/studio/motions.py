@@ -42,6 +42,8 @@ from selfmotion.verification import (
 
 MOST_ROWS = 2001
 """Rows of a motion that are shown."""
+MOST_WRONG = 200
+"""Stretches of it that are told, the longest ones."""
 _ROUNDING = 1e-13  # parts of the reach, as the arm itself forgives
 _SEEN = 0.02  # gaps in a tube that are too narrow to be seen [rad]
 
@@ -218,6 +220,7 @@ class Judged(NamedTuple):
         if settled and not wrong:
             check = verify_motion(problem, motion)
             wrong += [_of_failure(problem, failure) for failure in check.failures]
+        wrong = sorted(wrong, key=lambda part: part.r[0] - part.r[1])[:MOST_WRONG]
         return cls(rows, motion, hand.branch, sorted(wrong, key=lambda part: part.r), check)
 
 

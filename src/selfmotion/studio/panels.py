@@ -15,7 +15,6 @@ from selfmotion.arms.protocols import u_period
 from selfmotion.domain import Event, Run, SampledDomain, angle_domain
 from selfmotion.domain.sampled import LOOKS, followed
 from selfmotion.domain.strips import Strip, strips
-from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.structure import sampled_lines, structure_lines
 from selfmotion.plot.curve_domain import order
 from selfmotion.plot.domain import events_on
@@ -103,12 +102,10 @@ def _exact(problem: Problem) -> dict[str, Any]:
 
 
 def _sampled(problem: Problem) -> dict[str, Any]:
-    try:
-        if not problem.arm.rigorous or u_period(problem.arm) != TAU:
-            raise InvalidInputError("arm", "has an angle domain that is not told")
-        found = SampledDomain(angle_domain(problem.arm, problem.path), problem.elbow_branches, LOOKS)
-    except InvalidInputError as error:
-        return {"kind": "sampled", "panels": [], "structure": [f"{error.field} {error.reason}"]}
+    untold = _untold(problem)
+    if untold is not None:
+        return {"kind": "sampled", "panels": [], "structure": [untold]}
+    found = SampledDomain(angle_domain(problem.arm, problem.path), problem.elbow_branches, LOOKS)
     panels = [
         _panel(problem, branch, found.strips(branch), Window(0.0))
         for branch in problem.elbow_branches
@@ -116,6 +113,15 @@ def _sampled(problem: Problem) -> dict[str, Any]:
     ]
     panels = [panel for panel in panels if panel["strips"]] or panels  # without those of single postures only
     return {"kind": "sampled", "panels": panels, "structure": sampled_lines(found)}
+
+
+def _untold(problem: Problem) -> str | None:
+    """Return why the angle domain of an arm with one redundant degree is not told, None if it is."""
+    if u_period(problem.arm) != TAU:
+        return "no angle domain: the redundancy parameter of this arm is a length"
+    if not problem.arm.rigorous:
+        return "no angle domain: the postures of this arm are sampled, which does not tell where there are none"
+    return None
 
 
 def _panel(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
@@ -34,7 +35,7 @@ def problem_in(text: str, source: str = "the text") -> dict[str, Any]:
         raise InvalidInputError("", f"is larger than {_LARGEST} bytes", "is it the right file?", source=source)
     try:
         refuse_no_problem(text)
-        data = parse_yaml(text, source)
+        data = _parsed(text, source)
         if not isinstance(data, dict):
             raise InvalidInputError("", "is not a mapping", "write `name: value` lines")
         for name in ("arm", "path"):
@@ -45,6 +46,23 @@ def problem_in(text: str, source: str = "the text") -> dict[str, Any]:
     except InvalidInputError as error:
         raise error if error.source else error.inside(source=source) from None
     return data
+
+
+def _parsed(text: str, source: str) -> Any:
+    """Return the data in a text: of JSON fifty times as fast as YAML is read, with the same rules."""
+    if text.lstrip()[:1] == "{":
+        try:
+            return json.loads(text, object_pairs_hook=_without_repeated)
+        except (ValueError, RecursionError):
+            pass  # it is YAML, or the reader of YAML says what is wrong with it, and where
+    return parse_yaml(text, source)
+
+
+def _without_repeated(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError
+    return found
 
 
 def _refuse_what_json_has_not(field: str, value: Any) -> None:
