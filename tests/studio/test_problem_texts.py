@@ -75,10 +75,10 @@ def test_what_is_no_problem_is_refused_and_says_where(text, said):
 def test_texts_of_very_many_points_are_written_and_read_at_once():
     points = np.random.default_rng(0).uniform(-50, 50, (100_000, 2)).tolist()
     data = {"arm": {"kind": "planar", "links": [30, 30, 20]}, "path": {"kind": "waypoints", "points": points}}
-    began = time.perf_counter()
+    began = time.process_time()
     text = ask("write", problem=data)["text"]
     assert ask("read", text=text)["problem"] == data
-    assert time.perf_counter() - began < 5
+    assert time.process_time() - began < 5
 
 
 @pytest.mark.parametrize(
