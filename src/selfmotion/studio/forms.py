@@ -1,4 +1,4 @@
-"""The forms of what a page may send with each task; a problem inside is checked by whoever reads it."""
+"""The forms of what a page may send with each task; problems and arrays inside are checked by whoever takes them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictStr
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Row = list[Number]
+Array = list[Any] | dict[str, Any]
+"""Nested lists of numbers, or packed; whoever takes it unpacks and checks it."""
 
 
 class _Form(BaseModel):
@@ -18,15 +19,15 @@ class HandForm(_Form):
     """A curve moved by hand."""
 
     branch: StrictStr
-    coefficients: list[Row]
+    coefficients: Array
 
 
 class AroundForm(_Form):
     """The motion on which the panels of an arm with several components stand."""
 
-    r: Row
-    u: list[Row]
-    branch: Any
+    r: Array
+    u: Array
+    branch: Any = 0
 
 
 class LookForm(_Form):
@@ -34,8 +35,8 @@ class LookForm(_Form):
 
     problem: dict[str, Any]
     hand: HandForm | None = None
-    frequency: Row | None = None
-    want: list[Literal["scene", "domain", "motion"]]
+    frequency: list[Number] | None = None
+    want: list[Literal["scene", "domain", "motion"]] = ["scene", "domain", "motion"]
     settled: StrictBool = True
     around: AroundForm | None = None
 
@@ -50,8 +51,8 @@ class FitForm(_Form):
     """Samples that a curve is to follow."""
 
     problem: dict[str, Any]
-    r: Row
-    u: list[Row]
+    r: Array
+    u: Array
     branch: StrictStr
 
 
@@ -59,7 +60,7 @@ class ExportForm(_Form):
     """A plan, or a motion moved by hand, to be written to a file."""
 
     format: Literal["csv", "plan", "png", "gif", "json"]
-    problem: dict[str, Any]
+    problem: dict[str, Any] | None = None
     plan: StrictStr | None = None
     hand: HandForm | None = None
 

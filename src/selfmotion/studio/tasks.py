@@ -5,6 +5,7 @@ A function takes what a page sent, already checked by its form.
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -80,7 +81,9 @@ def _save(folder: Folder, payload: dict[str, Any]) -> dict[str, Any]:
     from selfmotion.exchange.yaml_text import yaml_text
 
     file = payload["file"]
-    folder.save(file, yaml_text(moved(payload["problem"], "", os.path.dirname(file))), payload.get("force", False))
+    problem = moved(payload["problem"], "", os.path.dirname(file))
+    text = json.dumps(problem, indent=2) + "\n" if file.lower().endswith(".json") else yaml_text(problem)
+    folder.save(file, text, payload.get("force", False))
     return {"file": file}
 
 

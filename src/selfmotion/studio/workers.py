@@ -7,10 +7,12 @@ import json
 import os
 import signal
 import sys
-from collections.abc import AsyncGenerator, Coroutine
+from collections.abc import AsyncGenerator, Coroutine, Sequence
 from contextlib import aclosing, suppress
 from typing import Any
 
+# -P: a json.py in the working folder is not ours.
+_COMMAND = (sys.executable, "-P", "-m", "selfmotion.studio.worker")
 _LONGEST = 256 * 2**20  # bytes of a line
 _GRACE = 0.05  # seconds in which a worker whose page is gone may still finish
 _PROGRESS = b'{"progress"'
@@ -39,10 +41,12 @@ class Pool:
         Where they work.
     most : int
         How many there may be.
+    command : sequence of str
+        What starts one, before the folder.
     """
 
-    def __init__(self, folder: str, most: int = 3) -> None:
-        self._folder, self._most = folder, most
+    def __init__(self, folder: str, most: int = 3, command: Sequence[str] = _COMMAND) -> None:
+        self._command, self._most = (*command, folder), most
         self._idle: list[asyncio.subprocess.Process] = []
         self._alive: set[asyncio.subprocess.Process] = set()
         self._starting = 0
@@ -139,7 +143,7 @@ class Pool:
                     if process.returncode is None:
                         self.reserve()
                         return process
-                    self._alive.discard(process)
+                    self._later(self._end(process))
                 if not self._starting and len(self._alive) < self._most:
                     self._starting += 1
                     break
@@ -158,11 +162,7 @@ class Pool:
         """Start a worker, in a session of its own: an interrupt from the terminal is the server's affair."""
         threads = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
         process = await asyncio.create_subprocess_exec(
-            sys.executable,
-            "-P",  # a json.py in the working folder is not ours
-            "-m",
-            "selfmotion.studio.worker",
-            self._folder,
+            *self._command,
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             env={**os.environ, **threads},
@@ -175,12 +175,11 @@ class Pool:
         return process
 
     async def _return(self, process: asyncio.subprocess.Process) -> None:
-        async with self._free:
-            if process.returncode is None and not self._closed:
-                self._idle.append(process)
-            else:
-                self._alive.discard(process)
-            self._free.notify_all()
+        if process.returncode is None and not self._closed:
+            self._idle.append(process)
+            await self._tell_waiting()
+        else:
+            await self._end(process)
 
     async def _give_up(self, process: asyncio.subprocess.Process) -> None:
         """End a worker that nobody waits for, unless it is done in a moment, and start another."""
@@ -195,11 +194,13 @@ class Pool:
         if done:
             await self._return(process)
             return
-        await _ended(process)
-        async with self._free:
-            self._alive.discard(process)
-            self._free.notify_all()
+        await self._end(process)
         self.reserve()
+
+    async def _end(self, process: asyncio.subprocess.Process) -> None:
+        await _ended(process)
+        self._alive.discard(process)
+        await self._tell_waiting()
 
     async def _tell_waiting(self) -> None:
         async with self._free:
@@ -216,19 +217,27 @@ class Pool:
         await self._tell_waiting()
         for process in list(self._alive):
             _kill(process)
-        for process in list(self._alive):
-            await _ended(process)
-        self._alive.clear()
+        while self._idle:
+            await self._end(self._idle.pop())
+        with suppress(TimeoutError):  # whoever has borrowed one notices, and gives it up
+            async with asyncio.timeout(2.0), self._free:
+                await self._free.wait_for(lambda: not self._alive)
         while self._background:
             await asyncio.wait(self._background)
 
 
 async def _ended(process: asyncio.subprocess.Process) -> None:
-    """End a process and wait until it is gone, so that it stays behind in no list of processes."""
+    """End a process and wait until it is gone, and nothing is left of it: no zombie, no open pipe."""
     _kill(process)
-    with suppress(TimeoutError):
+    assert process.stdin is not None
+    assert process.stdout is not None
+    process.stdin.close()
+    with suppress(TimeoutError, ConnectionError):
         async with asyncio.timeout(5.0):
+            while await process.stdout.read(1 << 20):
+                pass
             await process.wait()
+            await process.stdin.wait_closed()
 
 
 def _kill(process: asyncio.subprocess.Process) -> None:
