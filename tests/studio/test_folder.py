@@ -82,8 +82,9 @@ OUTSIDE = [
     "../secret.yaml", "/etc/passwd.yaml", "sub/../../secret.yaml", "./good.yaml", "out.yaml", "away/secret.yaml",
     "..", "", "/", "good.yaml/", "sub//good.yaml", ".hidden.yaml", "~/.yaml", "a\0.yaml", "a\n.yaml", "..\\secret.yaml",
     "C:good.yaml", "good.yaml:stream.yaml", "//server/share.yaml", "x" * 300 + ".yaml", "x" * 5000 + ".yaml",
-    "\ud800.yaml", "con.yaml", "NUL.json", "sub/com1.yaml", "lpt9.tar.yaml", "pipe.yaml", "folder.yaml", "socket.yaml", "zero.yaml",
-    " good.yaml", "sub /x.yaml", "sub./x.yaml", "a/b/c.yaml", "<script>/../../../secret.yaml",
+    "\ud800.yaml", "con.yaml", "NUL.json", "sub/com1.yaml", "lpt9.tar.yaml", "pipe.yaml",
+    "folder.yaml", "socket.yaml",
+    "zero.yaml", " good.yaml", "sub /x.yaml", "sub./x.yaml", "a/b/c.yaml", "<script>/../../../secret.yaml",
 ]  # fmt: skip
 
 
