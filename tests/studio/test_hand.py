@@ -41,6 +41,15 @@ def test_a_curve_through_a_sinusoid_follows_it_and_costs_the_same(frequency):
     assert told["cost_sampled"] == own.cost_sampled
 
 
+def test_a_curve_begins_and_ends_exactly_where_its_samples_do():
+    r = np.linspace(0.0, 1.0, 200)
+    u = np.column_stack([np.sin(9 * r), np.sqrt(r + 0.01)])
+    coefficients, off = fitted(r, u)
+    assert off > 1e-6  # it is not the samples that are a spline
+    assert coefficients[:, 0].tolist() == u[0].tolist()
+    assert coefficients[:, -1].tolist() == u[-1].tolist()
+
+
 def test_the_fewest_coefficients_that_are_near_enough_are_taken():
     r = np.linspace(0, 1, 500)
     few, many = (np.asarray(ask(r.tolist(), u[:, None].tolist())["hand"]["coefficients"]) for u in

@@ -98,7 +98,10 @@ def fit(payload: dict[str, Any], tell: Tell, place: Place) -> dict[str, Any]:
 
 
 def fitted(r: FloatArray, u: FloatArray) -> tuple[FloatArray, float]:
-    """Return coefficients (n_u, m) of a B-spline that follows samples u (k, n_u) at r (k,), and how far off it is."""
+    """Return coefficients (n_u, m) of a B-spline that follows samples u (k, n_u) at r (k,), and how far off it is.
+
+    It begins and ends exactly where they do: a start that a problem gives is kept.
+    """
     even = np.linspace(0.0, 1.0, 4 * MOST + 1)
     after = np.clip(np.searchsorted(r, even), 1, len(r) - 1) if len(r) > 1 else np.zeros(len(even), int)
     wide = (r[after] - r[after - 1] > _GAP) | (even < r[0]) | (even > r[-1])
@@ -107,7 +110,9 @@ def fitted(r: FloatArray, u: FloatArray) -> tuple[FloatArray, float]:
     best: tuple[FloatArray, float] | None = None
     for count in _COUNTS:
         profile = BSplineProfile(u.shape[1], count)
-        found = np.linalg.lstsq(profile.functions(places, 0), values, rcond=None)[0]
+        functions, ends = profile.functions(places, 0), values[[0, -1]]
+        inner = np.linalg.lstsq(functions[:, 1:-1], values - functions[:, [0, -1]] @ ends, rcond=None)[0]
+        found = np.vstack([ends[:1], inner, ends[1:]])
         off = float(np.abs(profile.functions(r, 0) @ found - u).max())
         if best is None or off < best[1]:
             best = found.T, off

@@ -7,8 +7,6 @@ import { moved } from "selfmotion/spline";
 const MOST_ROWS = 500;
 
 export class CurveByHand {
-  #before = null;
-
   // `motion()` is the one shown, `reach()` how far along the path a drag bends it.
   constructor(model, scene, motion, reach) {
     Object.assign(this, { model, scene, motion, reach });
@@ -17,7 +15,6 @@ export class CurveByHand {
   // Have a curve in hand: the one that is, or one that follows the motion shown on the panel's branch.
   async grab({ branch }) {
     const { hand, problem } = this.model.state, name = this.scene().branches[branch];
-    this.#before ??= this.model.state;
     if (hand && (hand.branch === name || this.scene().n_u > 1) && this.motion()?.kind === "hand") return;
     const rows = rowsOn(this.motion(), this.scene().n_u > 1 ? null : branch);
     if (!rows) return;
@@ -27,14 +24,13 @@ export class CurveByHand {
   }
 
   drag({ component, r, by }) {
-    const { hand } = this.model.state;
+    const { hand, problem } = this.model.state, kept = [problem.start, problem.end].map(Boolean);
     if (!hand) return;
-    const coefficients = hand.coefficients.map((row, k) => (k === component ? moved(row, r, by, this.reach()) : row));
+    const coefficients = hand.coefficients.map((row, k) => (k === component ? moved(row, r, by, this.reach(), kept) : row));
     this.model.change({ hand: { ...hand, coefficients } }, false);
   }
 
   drop() {
-    this.#before = null;
     this.model.change({}, true);
   }
 

@@ -1,6 +1,7 @@
 // Clamped cubic B-splines on uniform knots, as the family `bspline` of the library has them.
 
 const DEGREE = 3;
+const LEAST = 0.05; // of a weight: so near an end that is kept the curve cannot be moved
 
 // The knots of `count` coefficients.
 function knotsOf(count) {
@@ -38,14 +39,18 @@ export function placesOf(count) {
   return Array.from({ length: count }, (_, k) => (t[k + 1] + t[k + 2] + t[k + 3]) / 3);
 }
 
-// Coefficients of the curve moved by `by` at r; what is farther away than `reach` stays where it is.
-export function moved(coefficients, r, by, reach) {
+// Coefficients of the curve moved by `by` at r; what is farther away than `reach` stays where it is, and so do ends that
+// are `kept` ([start, end]).
+export function moved(coefficients, r, by, reach, kept = [false, false]) {
   const count = coefficients.length;
   const wide = Math.max(reach, 2.5 / (count - DEGREE));
   const weight = placesOf(count).map((at) => {
     const away = Math.abs(at - r) / wide;
     return away < 1 ? 0.5 + 0.5 * Math.cos(Math.PI * away) : 0;
   });
+  if (kept[0]) weight[0] = 0;
+  if (kept[1]) weight[count - 1] = 0;
   const here = splineAt(weight, r);
+  if (here < LEAST) return coefficients;
   return coefficients.map((value, k) => value + (by * weight[k]) / here);
 }
