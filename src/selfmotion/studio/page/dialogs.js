@@ -67,7 +67,7 @@ export function saveDialog(state, saved) {
       saved(file);
       dialog.close();
     } catch (error) {
-      said.replaceChildren(complaint(error), /--force/.test(error.data?.remedy ?? "") ? button("Replace it", () => save(true)) : "");
+      said.replaceChildren(complaint(error), error.data?.field === "force" ? button("Replace it", () => save(true)) : "");
     }
   };
   name.addEventListener("keydown", (event) => { if (event.key === "Enter") save(false); });

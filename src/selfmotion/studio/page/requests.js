@@ -4,6 +4,9 @@ import { unpacked } from "selfmotion/numbers";
 
 const TOKEN = document.querySelector('meta[name="selfmotion-token"]')?.content ?? "";
 
+// Links to this studio hold no token: in this browser, and for this port only, they find it here.
+if (TOKEN) localStorage.setItem("selfmotion-token", TOKEN);
+
 export class Refused extends Error {
   constructor(error) {
     super(error.message);
