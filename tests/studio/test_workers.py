@@ -322,11 +322,12 @@ worker.answer, worker._WARM, worker._look_once = spin, (), lambda folder: None
 worker.main()
 """
 PARENT = """
-import subprocess, sys, json
+import subprocess, sys, json, time
 child = subprocess.Popen([sys.executable, "-c", sys.argv[1], "."], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
 child.stdin.write(json.dumps({"task": "x", "payload": {"locked": bool(int(sys.argv[2]))}}).encode() + b"\\n")
 child.stdin.flush()
 child.stdout.readline()
+time.sleep(0.5)
 print(child.pid, flush=True)
 input()
 """
