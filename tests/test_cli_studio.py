@@ -1,5 +1,6 @@
 """The command `studio`: what it refuses at once, what it prints, and what it does not load."""
 
+import asyncio
 import json
 import os
 import signal
@@ -13,14 +14,24 @@ import pytest
 from selfmotion.studio import server
 
 
+class Serving:
+    """A server that answers nothing and ends when it is told to, or is `over`."""
+
+    def __init__(self, over=lambda: False):
+        self.should_exit, self.over, self.addresses = False, over, []
+
+    async def serve(self, sockets):
+        self.addresses += [one.getsockname() for one in sockets]
+        while not (self.should_exit or self.over()):
+            await asyncio.sleep(0.01)
+
+
 @pytest.fixture(autouse=True)
-def serves_nothing(monkeypatch):
+def serving(monkeypatch):
     """A command that is not refused would serve until it is interrupted."""
-
-    async def refuse(*args):
-        pytest.fail("it serves")
-
-    monkeypatch.setattr(server, "_run", refuse)
+    made = Serving()
+    monkeypatch.setattr(server, "_server", lambda app, pool: made)
+    return made
 
 
 def test_a_port_in_use_is_2(run):
@@ -67,7 +78,8 @@ def test_bad_input_is_2_in_one_line(run, seed_file, tmp_path, monkeypatch, argum
     (tmp_path / "plan.json").write_text('{"selfmotion_plan": 1}')
     (tmp_path / "other").mkdir()
     code, out, err = run("studio", "--no-browser", *arguments)
-    assert (code, out) == (2, "")
+    assert code == 2
+    assert out == "" or arguments[0] in ("bad.json", "plan.json", "good.txt")  # what is looked into: while it serves
     assert err.count("\n") == 1
     for part in says:
         assert part in err
@@ -75,25 +87,21 @@ def test_bad_input_is_2_in_one_line(run, seed_file, tmp_path, monkeypatch, argum
 
 def test_what_plan_refuses_studio_refuses_in_the_same_words(run, seed_file):
     wrong = seed_file(arm={"kind": "planar", "links": [30, -30, 20]})
-    assert run("studio", "--no-browser", wrong) == (2, "", run("plan", wrong)[2])
+    code, out, err = run("studio", "--no-browser", wrong)
+    assert (code, err) == (2, run("plan", wrong)[2])
+    assert out.startswith("http://127.0.0.1:")  # printed at once
 
 
-def test_it_serves_a_good_file_and_opens_the_browser_unless_told_not_to(run, seed_file, monkeypatch):
-    served, opened = [], []
-
-    async def serve(listener, app, pool):
-        served.append(listener.getsockname())
-
-    monkeypatch.setattr(server, "_run", serve)
+def test_it_serves_a_good_file_and_opens_the_browser_unless_told_not_to(run, seed_file, serving, monkeypatch):
+    opened, begun = [], []
     monkeypatch.setattr("webbrowser.open", opened.append)
+    serving.over = lambda: bool(opened)
     code, out, err = run("studio", seed_file())
-    end = time.monotonic() + 10
-    while not opened and time.monotonic() < end:  # in a thread: browsers take their time
-        time.sleep(0.01)
     assert (code, err) == (0, "")
-    assert served[0] == ("127.0.0.1", int(out.split(":")[2].split("/")[0]))
+    assert serving.addresses[0] == ("127.0.0.1", int(out.split(":")[2].split("/")[0]))
     assert opened == [out.strip()]
     assert len(out.strip().partition("?token=")[2]) >= 40
+    serving.over = lambda: len(begun) > 5 or begun.append(1)
     assert run("studio", "--no-browser", "--port", "0")[0] == 0
     assert len(opened) == 1
 
@@ -116,11 +124,11 @@ def test_the_address_is_printed_before_anything_heavy_is_loaded(tmp_path):
     assert process.returncode in (0, 130)
     code = (
         "import sys, selfmotion.studio.server as s\n"
-        "async def run(*args):\n"
+        "def server(*args):\n"
         "    heavy = {'numpy', 'numba', 'scipy', 'starlette', 'uvicorn', 'matplotlib'} & set(sys.modules)\n"
         "    sys.exit(str(heavy) if heavy else 0)\n"
         "s.application = lambda *args: None\n"
-        "s._run = run\n"
+        "s._server = server\n"
         "s.serve(None, None, False, None)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=tmp_path)

@@ -49,10 +49,10 @@ def plan(
     save: SaveOption = None,
     report: ReportOption = None,
 ) -> None:
-    """Plan a joint motion; --out writes plan.json, trajectory.csv and figures, --save the plan itself, --report a page."""
+    """Plan a joint motion; --out writes plan.json, trajectory.csv and figures, --save the plan, --report a page."""
     from selfmotion.exchange import OutputFolder, load_problem, trajectory_csv
-    from selfmotion.exchange.files import checked_target
     from selfmotion.exchange.failure import error_object, failure_object
+    from selfmotion.exchange.files import checked_target
 
     case, planner = load_problem(problem)
     if planner is None:

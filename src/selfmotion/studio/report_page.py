@@ -1,4 +1,4 @@
-"""A plan as one page that can be sent: the studio's pictures with all that they need inside, nothing from anywhere else."""
+"""A plan as one page that can be sent: the studio's pictures with all that they need inside."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from selfmotion.studio.scene import scene
 
 _PAGE = Path(__file__).parent / "page"
 _MODULES = (
-    "arm", "domain", "evolution", "hover", "joints", "looks", "numbers", "player", "plot", "report", "space", "spline", "svg", "verdict",
+    "arm", "domain", "evolution", "hover", "joints", "looks", "numbers", "player", "plot", "report", "space", "spline",
+    "svg", "verdict",
 )  # fmt: skip
 _MOST_STORED = 1_000_000  # characters of a plan file that goes along
 _PLACEHOLDER = re.compile(r"\{\{(\w+)\}\}")
@@ -79,8 +80,8 @@ def _address(name: str) -> str:
 
 def _pictures(plan: Plan) -> str:
     """Return the plan's figures, for readers whose programs run no scripts."""
-    figures = {name: image for name, image in plan_figures(plan).items() if name.endswith(".png")}
+    figures = {Path(name).stem: image for name, image in plan_figures(plan).items() if name.endswith(".png")}
     return "".join(
-        f'<img alt="{html.escape(Path(name).stem.replace("_", " "))}" src="data:image/png;base64,{base64.b64encode(image).decode()}">'
+        f'<img alt="{html.escape(name)}" src="data:image/png;base64,{base64.b64encode(image).decode()}">'
         for name, image in figures.items()
     )

@@ -24,6 +24,7 @@ from selfmotion.studio.folder import Folder
 from selfmotion.studio.tasks import TASKS
 
 if TYPE_CHECKING:
+    import uvicorn
     from starlette.requests import Request
     from starlette.responses import Response
     from starlette.types import ASGIApp, Receive, Scope, Send
@@ -67,6 +68,10 @@ def serve(problem: str | None, port: int | None, browser: bool, folder: str | No
         if find_spec(package) is None:
             raise MissingExtraError("", f"needs the package {package}", "pip install 'selfmotion[studio]'")
     place = Folder.chosen(problem, folder)
+    if problem is not None and not os.path.isfile(problem):
+        is_folder = os.path.isdir(problem)
+        reason, remedy = ("is a folder", "name a file") if is_folder else ("does not exist", "check the name")
+        raise InvalidInputError("", reason, remedy, source=problem)
     file = "" if problem is None else _file_in(place, problem)
     with _listening(port or 0) as listener, suppress(KeyboardInterrupt):
         asyncio.run(_serve(listener, place, file, problem, browser))
@@ -103,20 +108,32 @@ def _listening(port: int) -> socket.socket:
 
 
 async def _serve(listener: socket.socket, place: Folder, file: str, problem: str | None, browser: bool) -> None:
+    """Print the address at once, and serve; a problem file that is none ends it all."""
     from selfmotion.studio.workers import Pool
 
     pool = Pool(place.path)
     try:
-        if problem is not None:
-            await _check(pool, os.path.abspath(problem), file, problem)
         port = listener.getsockname()[1]
         token = secrets.token_urlsafe(32)
         address = f"http://127.0.0.1:{port}/?token={token}"
         print(address, flush=True)
-        if browser:
-            threading.Thread(target=_open_browser, args=(address,), daemon=True).start()
-        pool.reserve()
-        await _run(listener, application(port, token, pool, file), pool)
+        server = _server(application(port, token, pool, file), pool)
+        serving = asyncio.ensure_future(server.serve(sockets=[listener]))
+        try:
+            if problem is not None:
+                checking = asyncio.ensure_future(_check(pool, os.path.abspath(problem), file, problem))
+                await asyncio.wait({serving, checking}, return_when=asyncio.FIRST_COMPLETED)
+                if checking.done():
+                    checking.result()
+                else:
+                    checking.cancel()
+            if browser and not serving.done():
+                threading.Thread(target=_open_browser, args=(address,), daemon=True).start()
+            pool.reserve()
+            await serving
+        finally:
+            server.should_exit = True
+            await serving
     finally:
         await pool.close()
 
@@ -136,7 +153,7 @@ def _open_browser(address: str) -> None:
         webbrowser.open(address)
 
 
-async def _run(listener: socket.socket, app: ASGIApp, pool: Pool) -> None:
+def _server(app: ASGIApp, pool: Pool) -> uvicorn.Server:
     import uvicorn
 
     class Server(uvicorn.Server):
@@ -170,7 +187,7 @@ async def _run(listener: socket.socket, app: ASGIApp, pool: Pool) -> None:
         timeout_keep_alive=30,
         timeout_graceful_shutdown=2,
     )
-    await Server(config).serve(sockets=[listener])
+    return Server(config)
 
 
 def application(port: int, token: str, pool: Pool, file: str = "", page: Path = PAGE) -> ASGIApp:
