@@ -54,9 +54,13 @@ def test_the_domain_that_is_known_and_drawn_is_the_library_s(tab, seed, case):
         assert_is_domain(tab.drawn("path.region", number), domain, panel["branch"], 6e-3)
         edges = tab.drawn("path.edge", number)
         assert edges
-        for line in edges:
-            middle = line[len(line) // 2]
-            assert domain(middle[0], panel["branch"]).distance_to_ends(middle[1]) < 2e-2
+        for line in (edge for edge in edges if np.ptp(edge[:, 0]) > 0.02):  # not what the seam of the window cuts off
+            # Halfway along, not at an end, where it meets another and pixels are too coarse for what is beside it.
+            at = (
+                0.5 * (line[0, 0] + line[-1, 0]),
+                np.interp(0.5 * (line[0, 0] + line[-1, 0]), *line[line[:, 0].argsort()].T),
+            )
+            assert domain(at[0], panel["branch"]).distance_to_ends(at[1]) < 2e-2
 
 
 def test_the_curve_drawn_is_the_sinusoid_and_its_figures_are_the_library_s(tab, seed):
@@ -117,9 +121,6 @@ def test_a_control_point_is_moved_with_keys(tab, seed):
     assert tab.problem["path"]["control_points"] == points
 
 
-@pytest.mark.xfail(
-    strict=True, reason="an arrow key moves a handle from where it was drawn last: quick presses are lost"
-)
 def test_keys_that_come_faster_than_pictures_all_count(tab, seed):
     tab.open(seed, frequency=[1])
     tab.page.locator('[data-handle="path-1"]').evaluate(
@@ -157,9 +158,6 @@ def test_the_curve_is_dragged_and_is_one_by_hand(tab, seed):
     assert np.abs(line[:, 1] - plan.u(line[:, 0].clip(0, 1))[:, 0]).max() < 5e-3
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the bar above breaks into two rows, and the diagram jumps down under the pointer"
-)
 def test_the_diagram_stays_where_it_is_when_the_curve_is_taken_in_hand(tab, seed):
     tab.open(seed, frequency=[0.5])
     frame = tab.page.locator("#domain-view .frame")
@@ -208,13 +206,14 @@ def test_a_curve_out_of_the_domain_is_marked_with_reason_and_place(tab, seed):
             assert "do not reach" in part["text"]
     assert motion["cost"] is None
     assert "cost" not in tab.figures
-    worst = max(motion["wrong"], key=lambda part: part["r"][1] - part["r"][0])
+    longest = sorted(motion["wrong"], key=lambda part: part["r"][0] - part["r"][1])
+    worst = longest[0]
     assert worst["text"] in tab.verdict
     assert f"r from {as_shown(worst['r'][0], 3):g} to {as_shown(worst['r'][1], 3):g}" in tab.verdict
     marked = np.concatenate(tab.drawn("path.wrong"))[:, 0]
     assert marked.min() == pytest.approx(min(found)[0], abs=5e-3)
     said = tab.page.locator("#domain-view .why").all_text_contents()
-    assert said == [f"✕ {part['text']}" for part in motion["wrong"][:2]]
+    assert said == [f"✕ {part['text']}" for part in longest[:2]]
     assert tab.page.locator("#joints-view .wrong-band").count() == len(found)
     tab.press("Control+z")
     assert tab.hand is None
@@ -228,9 +227,6 @@ def test_a_curve_out_of_the_domain_is_marked_with_reason_and_place(tab, seed):
     assert tab.motion["wrong"] == motion["wrong"]
 
 
-@pytest.mark.xfail(
-    strict=True, reason="redo brings the curve by hand back, but the sinusoid stays the one that is shown"
-)
 def test_what_is_redone_is_shown(tab, seed):
     tab.open(seed, frequency=[0.5])
     start = tab.grip(0.5)
@@ -282,7 +278,6 @@ def test_the_curve_by_hand_is_moved_with_keys(tab, seed):
     assert tab.hand == hand
 
 
-@pytest.mark.xfail(strict=True, reason="the handle is drawn anew when the answer comes, and the focus is lost")
 def test_a_handle_of_the_curve_that_keys_move_keeps_the_focus(tab, seed):
     tab.open(seed, hand={"branch": "positive", "coefficients": [[0.2] * 12]})
     tab.page.locator("#domain-view .handle").nth(5).focus()

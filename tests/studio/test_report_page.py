@@ -149,9 +149,6 @@ def test_hovering_and_playing(report, written):
     page.page.locator("#play").click()
 
 
-@pytest.mark.xfail(
-    strict=True, reason="a press on the curve of a report asks for acts.grab, which it has not: an error of the page"
-)
 def test_a_press_on_the_curve_of_a_report_seeks_too(report, written):
     file, plan, _ = written("seed_3r")
     page = report(file).open(file)

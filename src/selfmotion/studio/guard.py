@@ -35,6 +35,7 @@ if (token && token !== new URLSearchParams(location.search).get("token"))
 
 _NO_TOKEN = f"""<!DOCTYPE html>
 <html lang="en"><meta charset="utf-8"><title>selfmotion studio</title>
+<link rel="icon" href="/static/icon.svg">
 <h1>This is not the address of the studio</h1>
 <p>Open the address that <code>selfmotion studio</code> printed; it ends in <code>?token=…</code></p>
 <script>{_GO_ON}</script>

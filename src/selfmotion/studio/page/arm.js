@@ -8,7 +8,8 @@ const GHOSTS = 13;
 const ARC = 34; // radius of a joint's limits [px]
 
 export class ArmView {
-  // `acts`: {path(points, settled), link(index, length, settled), limit(joint, side, value, settled), freehand(points)}
+  // `acts`: {path(k, point, settled), link(k, length, settled), limit(joint, side, value, settled), freehand(points)}; what
+  // is new is a value, or a function of what is there, for keys that come faster than pictures.
   constructor(place, acts = {}) {
     this.acts = acts;
     this.mode = "path";
@@ -41,6 +42,8 @@ export class ArmView {
 
   get #unit() { return this.scene.length_unit ? ` ${this.scene.length_unit}` : ""; }
 
+  #step(long) { return (long ? 0.05 : 0.005) * (this.scene.reach?.outer ?? 1); }
+
   redraw(refit = false) {
     const box = this.root.getBoundingClientRect();
     if (!this.scene || box.width < 40) return;
@@ -69,7 +72,8 @@ export class ArmView {
     y.push(reach ? reach.center[1] - whole : 0, reach ? reach.center[1] + whole : 0);
     const least = [Math.min(...x), Math.min(...y)], most = [Math.max(...x), Math.max(...y)];
     const [width, height] = this.size;
-    const scale = Math.min((width - 56) / (most[0] - least[0] || 1), (height - 64) / (most[1] - least[1] || 1));
+    const room = this.mode === "arm" ? 2 * ARC + 24 : 56; // the limits' arcs must be in reach
+    const scale = Math.min((width - room) / (most[0] - least[0] || 1), (height - room - 8) / (most[1] - least[1] || 1));
     this.fit = { scale, x: width / 2 - (scale * (least[0] + most[0])) / 2, y: height / 2 + (scale * (least[1] + most[1])) / 2 };
   }
 
@@ -162,14 +166,14 @@ export class ArmView {
     }
   }
 
-  #handle(name, label, x, y, move, shape = "circle") {
+  // `move` takes the place that a drag has got to, `push` the direction of an arrow key and whether it is a long step.
+  #handle(name, label, x, y, move, push, shape = "circle") {
     const attributes = shape === "circle" ? { cx: this.#x(x), cy: this.#y(y), r: 6 } : { d: "M0 -7L7 0L0 7L-7 0Z", transform: `translate(${this.#x(x)} ${this.#y(y)})` };
     const key = (event) => {
       const way = { ArrowUp: [0, 1], ArrowDown: [0, -1], ArrowRight: [1, 0], ArrowLeft: [-1, 0] }[event.key];
       if (!way) return;
       event.preventDefault();
-      const step = (event.shiftKey ? 0.05 : 0.005) * (this.scene.reach?.outer ?? 1);
-      move([x + way[0] * step, y + way[1] * step], true);
+      push(way, event.shiftKey);
     };
     return svg(shape, {
       class: "handle", ...attributes, tabindex: 0, role: "button", "data-handle": name, "aria-label": `${label}; arrow keys move it`,
@@ -202,7 +206,8 @@ export class ArmView {
     const d = lineThrough(points.length, (k) => this.#x(points[k][0]), (k) => this.#y(points[k][1]));
     return [
       svg("path", { class: "control", d }),
-      ...points.map(([x, y], k) => this.#handle(`path-${k}`, `path point ${k + 1}`, x, y, (at, settled) => this.acts.path(k, at, settled))),
+      ...points.map(([x, y], k) => this.#handle(`path-${k}`, `path point ${k + 1}`, x, y, (at, settled) => this.acts.path(k, at, settled),
+        (way, long) => this.acts.path(k, (old) => [0, 1].map((axis) => old[axis] + way[axis] * this.#step(long)), true))),
     ];
   }
 
@@ -218,7 +223,8 @@ export class ArmView {
         const moved = (at[0] - half[0]) * along[0] + (at[1] - half[1]) * along[1];
         this.acts.link(k, Math.max(length + 2 * moved, 1e-3 * length), settled);
       };
-      made.push(this.#handle(`link-${k}`, `length of link ${k + 1}: ${shown(length, 5)}`, ...half, move, "path"));
+      const push = (way, long) => this.acts.link(k, (old) => Math.max(old + (way[0] + way[1]) * this.#step(long), 1e-3 * old), true);
+      made.push(this.#handle(`link-${k}`, `length of link ${k + 1}: ${shown(length, 5)}`, ...half, move, push, "path"));
     });
     let before = 0;
     scene.limits.forEach((limit, k) => {
@@ -237,7 +243,11 @@ export class ArmView {
             angle += 2 * Math.PI * Math.round((value - angle) / (2 * Math.PI));
             this.acts.limit(k, number, number ? Math.max(angle, lower + 0.01) : Math.min(angle, upper - 0.01), settled);
           };
-          made.push(this.#handle(`limit-${k}-${side}`, `${side} limit of ${jointName(scene, k)}: ${shown(value, 5)} rad`, ...where, move));
+          const push = (way, long) => this.acts.limit(k, number, (old) => {
+            const next = old + (way[0] + way[1]) * (long ? 0.1 : 0.01);
+            return number ? Math.max(next, lower + 0.01) : Math.min(next, upper - 0.01);
+          }, true);
+          made.push(this.#handle(`limit-${k}-${side}`, `${side} limit of ${jointName(scene, k)}: ${shown(value, 5)} rad`, ...where, move, push));
         });
       }
       before += angles[k];

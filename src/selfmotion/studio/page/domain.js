@@ -37,10 +37,6 @@ export class DomainView {
     for (const panel of this.#panels) panel.mark(r);
   }
 
-  focusHandle(component, index) {
-    this.#panels.find((panel) => panel.component === component)?.focusHandle(index);
-  }
-
   #build() {
     const names = this.domain.panels.map((panel) => `${panel.branch}/${panel.component}`).join();
     if (names === this.names) return;
@@ -75,17 +71,15 @@ class Panel {
     this.plot.yName = scene.n_u > 1 ? `u${this.component + 1} [rad]` : scene.parameter ?? "redundancy parameter u [rad]";
     this.plot.yShort = "u [rad]";
     this.plot.scaled([0, 1], data.range);
+    const focused = document.activeElement?.closest?.("svg") === this.plot.root ? document.activeElement.dataset.index : undefined;
     this.plot.redraw();
+    if (focused !== undefined) this.plot.above.querySelector(`.handle[data-index="${focused}"]`)?.focus({ preventScroll: true });
   }
 
   mark(r) {
     this.r = r;
     this.plot.crosshair(r);
     this.#drawBead();
-  }
-
-  focusHandle(index) {
-    this.plot.above.querySelector(`.handle[data-index="${index}"]`)?.focus({ preventScroll: true });
   }
 
   // The curve of a motion on this panel, moved by whole turns to where it is seen.
@@ -190,7 +184,8 @@ class Panel {
 
   #sayWrong() {
     const { plot, curves } = this, { left, right, top } = plot.inner;
-    const wrong = (curves.motion?.wrong ?? []).slice(0, 2);
+    const long = ({ r }) => r[1] - r[0];
+    const wrong = [...(curves.motion?.wrong ?? [])].sort((a, b) => long(b) - long(a)).slice(0, 2);
     wrong.forEach((part, k) => {
       const middle = (part.r[0] + part.r[1]) / 2;
       const text = `✕ ${part.text}`;
@@ -233,27 +228,26 @@ class Panel {
           class: "handle", r: 5, cx: this.plot.x(r), cy: this.plot.y(at), tabindex: 0, role: "slider", "data-index": index,
           "aria-label": `curve at r = ${shown(r, 3)}`, "aria-valuenow": shown(u, 5), "aria-orientation": "vertical",
           "aria-valuetext": `u = ${shown(u, 5)} rad`,
-          onkeydown: (event) => this.#key(event, r, index, every),
+          onkeydown: (event) => this.#key(event, r),
         }));
         break;
       }
     });
   }
 
-  #key(event, r, index, every) {
-    const way = { ArrowUp: 1, ArrowDown: -1 }[event.key], next = { ArrowRight: every, ArrowLeft: -every }[event.key];
+  #key(event, r) {
+    const way = { ArrowUp: 1, ArrowDown: -1 }[event.key], next = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
     if (way) {
       event.preventDefault();
       const by = way * STEP * (event.shiftKey ? 10 : 1);
       this.view.acts.grab?.(this).then(() => {
         this.view.acts.drag({ component: this.component, r, by });
         this.view.acts.drop();
-        this.view.focusHandle(this.component, index);
       });
     } else if (next) {
       event.preventDefault();
       const all = [...this.plot.above.querySelectorAll(".handle")];
-      all[clamp(all.indexOf(event.target) + Math.sign(next), 0, all.length - 1)]?.focus();
+      all[clamp(all.indexOf(event.target) + next, 0, all.length - 1)]?.focus();
     }
   }
 
@@ -267,7 +261,7 @@ class Panel {
     const at = this.plot.under(event);
     if (!at.inside) return;
     if (this.view.drawing) this.#drawFreehand(event);
-    else if (event.target.closest(".grip, .handle")) this.#dragCurve(event);
+    else if (this.view.acts.drag && event.target.closest(".grip, .handle")) this.#dragCurve(event);
     else this.view.acts.seek?.(clamp(at.x, 0, 1));
   }
 

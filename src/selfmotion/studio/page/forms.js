@@ -103,7 +103,8 @@ export function labelled(name, id, input, where = null) {
 
 // Links and limits of a planar arm as a table, one row per joint.
 export function jointTable(arm, change) {
-  const links = arm.links ?? [], limits = arm.limits ?? links.map(() => null);
+  const listed = (value) => (Array.isArray(value) ? value : []); // as text it may be anything
+  const links = listed(arm.links), limits = listed(arm.limits);
   const set = (k, what) => {
     const newLinks = [...links], newLimits = links.map((_, i) => limits[i] ?? null);
     what(newLinks, newLimits);

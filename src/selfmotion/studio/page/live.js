@@ -86,5 +86,5 @@ export class Live extends EventTarget {
 
 function questionOf({ problem, hand, frequency }, curve) {
   const sinusoid = (curve === "sinusoid" || !hand) && problem.planner?.kind === "sinusoid" && frequency !== null;
-  return { problem, hand: sinusoid ? null : hand, frequency: sinusoid ? problem.planner.amplitude.map((_, k) => frequency[k] ?? frequency[0]) : null };
+  return { problem, hand: sinusoid ? null : hand, frequency: sinusoid ? [problem.planner.amplitude].flat().map((_, k) => frequency[k] ?? frequency[0]) : null };
 }

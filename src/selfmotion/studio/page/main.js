@@ -66,9 +66,9 @@ function armFor(found) {
   if (armView instanceof wanted) return;
   armView = new wanted($("#arm-view"), {
     path: (k, at, settled) => movePath(k, at, settled),
-    link: (k, length, settled) => changeArm((arm) => ({ ...arm, links: arm.links.map((old, j) => (j === k ? rounded(length) : old)) }), settled),
+    link: (k, length, settled) => changeArm((arm) => ({ ...arm, links: arm.links.map((old, j) => (j === k ? rounded(renewed(length, old)) : old)) }), settled),
     limit: (k, side, value, settled) => changeArm((arm) => ({
-      ...arm, limits: arm.limits.map((old, j) => (j === k ? old.map((end, s) => (s === side ? rounded(value) : end)) : old)),
+      ...arm, limits: arm.limits.map((old, j) => (j === k ? old.map((end, s) => (s === side ? rounded(renewed(value, end)) : end)) : old)),
     }), settled),
     freehand: (points) => {
       const { direction } = model.state.problem.path;
@@ -84,13 +84,14 @@ function armFor(found) {
 
 const rounded = (value) => Number(value.toPrecision(5));
 
+const renewed = (value, old) => (typeof value === "function" ? value(old) : value);
+
 function changeArm(what, settled) { model.changeProblem({ arm: what(model.state.problem.arm) }, settled); }
 
 function movePath(k, at, settled) {
-  const { path } = model.state.problem, to = at.map(rounded);
-  const names = { bezier: "control_points", waypoints: "points" };
-  const name = names[path.kind];
-  const changed = name ? { [name]: path[name].map((old, j) => (j === k ? [...to, ...old.slice(2)] : old)) } : { [k ? "end" : "start"]: to };
+  const { path } = model.state.problem, name = { bezier: "control_points", waypoints: "points" }[path.kind], end = k ? "end" : "start";
+  const moved = (old) => [...renewed(at, old).map(rounded), ...old.slice(2)];
+  const changed = name ? { [name]: path[name].map((old, j) => (j === k ? moved(old) : old)) } : { [end]: moved(path[end]) };
   model.changeProblem({ path: { ...path, ...changed } }, settled);
 }
 
@@ -98,7 +99,7 @@ function setMode(mode) {
   armView.mode = mode;
   for (const button of $("#arm-modes").children) button.setAttribute("aria-pressed", String(button.dataset.mode === mode));
   $("#arm-view").dataset.mode = mode;
-  armView.redraw();
+  armView.redraw(true);
 }
 
 function setDrawing(on) {
@@ -130,10 +131,10 @@ function showAll(settled = true) {
     domainView.show(live.scene, live.domain, { motion: now, rival, tube: found?.tube ?? null, hand: curve === "hand" ? hand : null });
   }
   $("#domain-view").classList.toggle("waiting", !live.domain);
-  $("#reach-label").hidden = curve !== "hand";
+  $("#reach-label").classList.toggle("away", curve !== "hand");
   showCurves(choices);
   const sinusoid = problem.planner?.kind === "sinusoid" && frequency;
-  $("#frequency-bar").hidden = !sinusoid;
+  $("#frequency-bar").classList.toggle("away", !sinusoid);
   if (sinusoid) {
     const bounds = [problem.planner.optimizer?.bounds ?? [0, 15]].flat(2);
     $("#frequency").min = Math.min(...bounds);
@@ -194,7 +195,12 @@ function thinned({ r, u, branch }) {
 
 // Events
 
+let hadHand = false;
+
 model.addEventListener("change", ({ detail: { settled } }) => {
+  const hasHand = model.state.hand !== null;
+  if (hasHand && !hadHand) curve = "hand"; // by undo and redo too
+  hadHand = hasHand;
   if (curve === "plan" && !plan()) curve = null;
   const choices = available();
   if (!choices.includes(curve)) curve = choices.find((name) => name !== "plan") ?? choices[0] ?? null;

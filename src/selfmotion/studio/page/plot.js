@@ -5,13 +5,14 @@ import { svg } from "selfmotion/svg";
 
 const MARGIN = { left: 46, right: 12, top: 20, bottom: 34 };
 
+// About so many round numbers, two at least.
 function ticksBetween(low, high, about) {
-  const rough = (high - low) / Math.max(about, 1);
+  const rough = (high - low) / Math.max(about, 2);
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = power * ([1, 2, 5].find((factor) => factor * power >= rough) ?? 10);
   const ticks = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) ticks.push(k * step);
-  return ticks;
+  return ticks.length > 1 || about > 8 ? ticks : ticksBetween(low, high, 1.6 * Math.max(about, 2));
 }
 
 let counter = 0;

@@ -103,8 +103,9 @@ export class SpaceView {
         const flat = rowAt(this.motion.r, rows, r, true);
         return Array.from({ length: flat.length / 3 }, (_, k) => [flat[3 * k], flat[3 * k + 1], flat[3 * k + 2]]);
       };
+      const stand = (points) => (points[0][2] > 0.01 ? [[points[0][0], points[0][1], 0], ...points] : points); // on the floor
       if (this.ghosts) for (let k = 0; k < GHOSTS; k += 1) parts.push(this.#line(posture(k / (GHOSTS - 1)), { class: "ghost" }));
-      parts.push(...this.#arm(posture(this.r ?? 0)));
+      parts.push(...this.#arm(stand(posture(this.r ?? 0))));
     }
     this.root.replaceChildren(...parts);
     const tool = this.motion && rowAt(this.motion.r, asRows(this.motion.points), this.r ?? 0, true).slice(-3);
