@@ -10,8 +10,8 @@ from typing import Annotated, NoReturn
 import typer
 
 from selfmotion._version import __version__
-from selfmotion.commands import motions, pictures, workshop
-from selfmotion.commands.printed import complain, failure_object, json_text, say
+from selfmotion.commands import motions, pictures, studio, workshop
+from selfmotion.commands.printed import complain, json_text, say
 from selfmotion.errors import InvalidInputError, SelfMotionError
 
 app = typer.Typer(
@@ -42,6 +42,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
     "arms": workshop.arms,
     "path": workshop.path,
     "urdf": workshop.urdf,
+    "studio": studio.studio,
 }
 for _name, _command in _COMMANDS.items():
     app.command(name=_name)(_command)
@@ -90,6 +91,8 @@ def _run(arguments: list[str]) -> int:
 def _report_error(error: SelfMotionError, as_json: bool) -> int:
     """Print one line on stderr, and with --json the result object; return the exit code."""
     if as_json and getattr(error, "field", None) != "stdout":
+        from selfmotion.exchange.failure import failure_object
+
         say(json_text(failure_object(error)))
     complain(error)
     return error.exit_code

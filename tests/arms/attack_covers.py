@@ -267,8 +267,8 @@ def all_held(q, a, b, bow, dev, rest, wraps, found):
     d = np.empty(q.shape[1])
     for i in range(len(q)):
         found[i] = -1.0
-        for t in range(m + 4):
-            k = (last + t - 2) % m if t < 4 else t - 4
+        for t in range(m):  # from the cell that held the one before outwards: neighbours in the list are neighbours
+            k = (last + (t + 1) // 2 * (1 if t % 2 else -1)) % m
             if is_held(q[i], a[k], b[k], bow[k], dev[k], rest[k], wraps, d):
                 found[i], last = 0.0, k
                 break

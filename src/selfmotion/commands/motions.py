@@ -15,6 +15,7 @@ from selfmotion.commands.options import (
     MaxStepOption,
     OutOption,
     ProblemArgument,
+    ReportOption,
     SaveOption,
     SeedOption,
     TrajectoryArgument,
@@ -24,8 +25,6 @@ from selfmotion.commands.options import (
 from selfmotion.commands.printed import (
     comparison_lines,
     complain,
-    error_object,
-    failure_object,
     json_text,
     plan_lines,
     say,
@@ -48,9 +47,12 @@ def plan(
     seed: SeedOption = None,
     force: ForceOption = False,
     save: SaveOption = None,
+    report: ReportOption = None,
 ) -> None:
-    """Plan a joint motion; --out writes plan.json, trajectory.csv and figures, --save the plan itself."""
+    """Plan a joint motion; --out writes plan.json, trajectory.csv and figures, --save the plan, --report a page."""
     from selfmotion.exchange import OutputFolder, load_problem, trajectory_csv
+    from selfmotion.exchange.failure import error_object, failure_object
+    from selfmotion.exchange.files import checked_target
 
     case, planner = load_problem(problem)
     if planner is None:
@@ -61,15 +63,16 @@ def plan(
 
         names = ["plan.json", "trajectory.csv", *plan_figure_names(case.arm)]
         folder.check(names)
-    stored = None if save is None else _target(save, force, case, problem)
+    stored = [] if save is None else [_target(save, force, case, problem)]
+    stored += [] if report is None else [checked_target(report, force)]
     warn(case)
     if seed is not None:
         if seed < 0:
             raise InvalidInputError("--seed", "is negative", "give a whole number from 0", seed)
         planner = planner.with_seed(seed)
     try:
-        with shown_progress("planning") as report:
-            result = planner.plan(case, report)
+        with shown_progress("planning") as progress:
+            result = planner.plan(case, progress)
     except InvalidInputError as error:
         raise error.inside(source=problem) from None
     except SelfMotionError as error:
@@ -84,15 +87,17 @@ def plan(
 
         files = {"plan.json": json_text(summary).encode(), "trajectory.csv": trajectory_csv(result)}
         folder.write(files | plan_figures(result))
+    if report is not None:
+        _write_report(result, problem, report, force)
     if as_json:
         say(json_text(summary if not_stored is None else {**summary, "error": error_object(not_stored)}))
     else:
         stored_line = [f"plan stored in {save}"] if save is not None and not_stored is None else []
-        written_line = [] if out is None else [f"written to {out}"]
-        say("\n".join([plan_lines(summary, case.arm.limits.unit), *stored_line, *written_line]))
+        written_lines = [f"written to {place}" for place in (out, report) if place is not None]
+        say("\n".join([plan_lines(summary, case.arm.limits.unit), *stored_line, *written_lines]))
     if not_stored is not None:  # the motion, which is good all the same, was not lost
         with suppress(SelfMotionError):  # a disk that refuses to store may refuse to remove
-            _remove_stored(stored)
+            _remove_stored(stored[:1])
         complain(not_stored)
         raise typer.Exit(not_stored.exit_code)
 
@@ -119,10 +124,20 @@ def _save(plan: Plan, file: str, force: bool) -> SelfMotionError | None:
     return None
 
 
-def _remove_stored(stored: tuple[OutputFolder, str] | None) -> None:
-    """Remove the plan that an earlier run stored: it must not stay behind as if it were the answer."""
-    if stored is not None and os.path.exists(stored[0].path / stored[1]):
-        stored[0].write({}, outdated=[stored[1]])
+def _write_report(plan: Plan, source: str, file: str, force: bool) -> None:
+    from selfmotion.exchange import read_text, write_file
+    from selfmotion.exchange.yaml_text import parse_yaml
+    from selfmotion.studio.report_page import report_page
+
+    text = read_text(source)
+    write_file(file, report_page(plan, parse_yaml(text, source), text, os.path.basename(source)), force)
+
+
+def _remove_stored(stored: list[tuple[OutputFolder, str]]) -> None:
+    """Remove the plan and the page that an earlier run stored: they must not stay behind as if they were the answer."""
+    for folder, name in stored:
+        if os.path.exists(folder.path / name):
+            folder.write({}, outdated=[name])
 
 
 def repair(
@@ -139,6 +154,7 @@ def repair(
     from dataclasses import asdict
 
     from selfmotion.exchange import OutputFolder, load_problem, motion_csv, read_trajectory
+    from selfmotion.exchange.failure import failure_object
     from selfmotion.mending import repair as mend
     from selfmotion.plot import motion_figures
 

@@ -19,6 +19,9 @@ TrajectoryArgument = Annotated[
 ]
 OutOption = Annotated[str | None, typer.Option("--out", metavar="DIR", help="Folder to write results to.")]
 SaveOption = Annotated[str | None, typer.Option("--save", metavar="FILE", help="Store the plan, as time reads it.")]
+ReportOption = Annotated[
+    str | None, typer.Option("--report", metavar="FILE", help="Write one self-contained HTML page to send.")
+]
 ForceOption = Annotated[bool, typer.Option("--force", help="Replace files that selfmotion did not write.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 SeedOption = Annotated[int | None, typer.Option("--seed", metavar="N", help="Seed of the random numbers.")]

@@ -73,25 +73,7 @@ class SampledDomain:
         list of Strip
             Fillers have no causes: they hold what is feasible on both sides of a change.
         """
-        strands: list[_Strand] = []
-        going: list[_Strand] = []
-        for k, runs in enumerate(self.runs[branch]):
-            before = [strand.runs[-1] for strand in going]
-            partner = _partners(before, runs)
-            now = []
-            for run, other in zip(runs, partner, strict=True):
-                if other is not None:
-                    going[other].runs.append(_beside(run, before[other]))
-                    now.append(going[other])
-                    continue
-                now.append(_Strand(k, [run]))
-                strands.append(now[-1])
-                for old in before:
-                    low, high = _shared(old, run)
-                    if low <= high:
-                        strands.append(_Strand(k - 1, [Run(low, high, _UNKNOWN)] * 2))
-            going = now
-        return [self._strip(strand, number) for number, strand in enumerate(strands)]
+        return followed(self.r, self.runs[branch])
 
     def _look(self, r: FloatArray) -> list[list[list[Run]]]:
         """Return at each r (k,) the intervals of each branch."""
@@ -104,12 +86,48 @@ class SampledDomain:
         with ThreadPoolExecutor(os.cpu_count()) as pool:  # most of the time is spent in kernels that do not hinder it
             return [here for found in pool.map(look, parts) for here in found]
 
-    def _strip(self, strand: _Strand, number: int) -> Strip:
-        runs, causes = strand.runs, strand.runs[0].causes
-        r = self.r[strand.first : strand.first + len(runs)]
-        ends = ((), ()) if runs[0].high - runs[0].low >= TAU else ((2 * number,), (2 * number + 1,))
-        low, high = (np.array([getattr(run, end) for run in runs]) for end in ("low", "high"))
-        return Strip(r, low, high, ends, causes, 0)
+
+def followed(r: FloatArray, looks: Sequence[Sequence[Run]]) -> list[Strip]:
+    """Return intervals at places along a path as strips, each followed from place to place.
+
+    Parameters
+    ----------
+    r : array, shape (k,)
+        Ascending.
+    looks : sequence of sequence of Run
+        The intervals at each r.
+
+    Returns
+    -------
+    list of Strip
+        See :meth:`SampledDomain.strips`.
+    """
+    strands: list[_Strand] = []
+    going: list[_Strand] = []
+    for k, runs in enumerate(looks):
+        before = [strand.runs[-1] for strand in going]
+        partner = _partners(before, runs)
+        now = []
+        for run, other in zip(runs, partner, strict=True):
+            if other is not None:
+                going[other].runs.append(_beside(run, before[other]))
+                now.append(going[other])
+                continue
+            now.append(_Strand(k, [run]))
+            strands.append(now[-1])
+            for old in before:
+                low, high = _shared(old, run)
+                if low <= high:
+                    strands.append(_Strand(k - 1, [Run(low, high, _UNKNOWN)] * 2))
+        going = now
+    return [_strip(r, strand, number) for number, strand in enumerate(strands)]
+
+
+def _strip(r: FloatArray, strand: _Strand, number: int) -> Strip:
+    runs, causes = strand.runs, strand.runs[0].causes
+    ends = ((), ()) if runs[0].high - runs[0].low >= TAU else ((2 * number,), (2 * number + 1,))
+    low, high = (np.array([getattr(run, end) for run in runs]) for end in ("low", "high"))
+    return Strip(r[strand.first : strand.first + len(runs)], low, high, ends, causes, 0)
 
 
 class _Strand:

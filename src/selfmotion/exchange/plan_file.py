@@ -16,6 +16,7 @@ from selfmotion._version import __version__
 from selfmotion.certificate.result import Certificate, Level, TubeSlice
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.files import read_text, write_file
+from selfmotion.exchange.path_kinds import FILE_PATHS
 from selfmotion.exchange.plan_forms import CertificateForm, PlanForm
 from selfmotion.exchange.plan_parts import motion_from, motion_object, problem_from_object, problem_object
 from selfmotion.exchange.schema import checked, inside
@@ -80,6 +81,29 @@ def load_plan(file: str | os.PathLike[str]) -> Plan:
         return _plan_from(_parsed(read_text(file)))
     except InvalidInputError as error:
         raise error if error.source else error.inside(source=source) from None
+
+
+def plan_from_text(text: str) -> Plan:
+    """Return the plan in the text of a plan file; see :func:`load_plan`. No other file is read.
+
+    Raises
+    ------
+    InvalidInputError
+        If it is no plan file, is incomplete, was changed, is of a later version, or its paths are read from files.
+    """
+    data = _parsed(text)
+    refuse_files(data)
+    return _plan_from(data)
+
+
+def refuse_files(data: Any, field: str = "") -> None:
+    """Refuse data of a plan whose paths are to be read from files, as no plan that was saved has them."""
+    items = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
+    if isinstance(data, dict) and data.get("kind") in (*FILE_PATHS, "urdf"):
+        raise InvalidInputError(field, "names a file", "load a file that Plan.save wrote", data["kind"])
+    for name, item in items:
+        if isinstance(item, dict | list):
+            refuse_files(item, f"{field}.{name}" if field else str(name))
 
 
 def plan_bytes(plan: Plan) -> bytes:

@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictInt, Valida
 
 from selfmotion._checks import choice
 from selfmotion._types import FileName
-from selfmotion.arms import ARMS
+from selfmotion.arms import ARMS, CATALOGUE
 from selfmotion.arms.placement import PLANES
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.path_kinds import FILE_PATHS
@@ -109,13 +109,15 @@ _BY_MARK = {
     "box": Pair | list[Pair],
     "placement": PlacementForm | None,
 }
-_SECTIONS: dict[str, Mapping[str, Callable[..., Any]]] = {
+SECTIONS: dict[str, Mapping[str, Callable[..., Any]]] = {
     "arm": ARMS,
     "path": {**PATHS, **FILE_PATHS},
     "planner": PLANNERS,
     "optimizer": OPTIMIZERS,
 }
-_NESTED = {Path: "path", Optimizer: "optimizer", Planner: "planner"}
+"""What each section of a problem file may be, by kind."""
+NESTED = {Path: "path", Optimizer: "optimizer", Planner: "planner"}
+"""The section that describes a parameter of a type."""
 
 
 # pydantic's error types in our words: what is wrong, what to do.
@@ -167,8 +169,8 @@ def _field_type(hint: Any) -> Any:
     """Return the pydantic type for a constructor's parameter."""
     if get_origin(hint) is Annotated:
         return _BY_MARK[get_args(hint)[1]]
-    if hint in _NESTED:
-        return _section(_NESTED[hint])
+    if hint in NESTED:
+        return _section(NESTED[hint])
     if get_origin(hint) is Sequence:
         return list[_field_type(get_args(hint)[0])]  # type: ignore[misc]
     if get_origin(hint) is Literal:
@@ -185,7 +187,7 @@ def _field_type(hint: Any) -> Any:
 @cache
 def form(section: str, kind: str) -> type[BaseModel]:
     """Return the pydantic model of one kind in one section, such as ("path", "bezier")."""
-    part = _SECTIONS[section][kind]
+    part = SECTIONS[section][kind]
     hints = hints_of(part)
     fields: dict[str, Any] = {"kind": (Literal[kind], ...)}
     for name, parameter in inspect.signature(part).parameters.items():
@@ -270,7 +272,7 @@ def build(section: str, data: Any, folder: str = "") -> Any:
     """
     if not isinstance(data, dict):
         raise InvalidInputError("", "is not a mapping", f"write {section}: {{kind: …}}", data)
-    registry = _SECTIONS[section]
+    registry = SECTIONS[section]
     if "kind" not in data:
         raise InvalidInputError("kind", "is missing", f"choose one of {', '.join(registry)}")
     kind = choice("kind", data["kind"], registry)
@@ -286,12 +288,12 @@ def _nested(hint: Any, name: str, value: Any, folder: str) -> Any:
     """Build what is inside a section: an optimizer, a path, a list of paths, the full name of a file."""
     if hint == FileName:
         return os.path.join(folder, value)
-    if hint in _NESTED:
-        return inside(name, build, _NESTED[hint], value, folder)
-    if get_origin(hint) is Sequence and get_args(hint)[0] in _NESTED:
-        return [inside(f"{name}.{k}", build, _NESTED[get_args(hint)[0]], item, folder) for k, item in enumerate(value)]
-    if value is not None and get_args(hint) and get_args(hint)[0] in _NESTED:  # one that may be left out
-        return inside(name, build, _NESTED[get_args(hint)[0]], value, folder)
+    if hint in NESTED:
+        return inside(name, build, NESTED[hint], value, folder)
+    if get_origin(hint) is Sequence and get_args(hint)[0] in NESTED:
+        return [inside(f"{name}.{k}", build, NESTED[get_args(hint)[0]], item, folder) for k, item in enumerate(value)]
+    if value is not None and get_args(hint) and get_args(hint)[0] in NESTED:  # one that may be left out
+        return inside(name, build, NESTED[get_args(hint)[0]], value, folder)
     return value
 
 
@@ -307,16 +309,17 @@ def json_schema() -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of problem files."""
     schema = ProblemForm.model_json_schema()
     definitions = schema.setdefault("$defs", {})
-    for section, registry in _SECTIONS.items():
+    for section, registry in SECTIONS.items():
         for kind in registry:
             definitions[f"{section}_{kind}"] = _lifted(form(section, kind), definitions)
         definitions[section] = {"oneOf": [{"$ref": f"#/$defs/{section}_{kind}"} for kind in registry]}
     # The path that the tool follows may also say which direction the last link keeps; paths inside it may not.
     tasks = [
         create_model(f"task_{kind}", __base__=form("path", kind), direction=(Number | None, None))
-        for kind in _SECTIONS["path"]
+        for kind in SECTIONS["path"]
     ]
     definitions["task"] = {"oneOf": [_lifted(task, definitions) for task in tasks]}
+    definitions["arm_named"]["properties"]["name"]["enum"] = list(CATALOGUE)  # checked with the arm
     schema = _with_references(schema)
     for name in ("elbow", "branch"):
         schema["properties"][name]["enum"] = ["any", *_branch_names()]

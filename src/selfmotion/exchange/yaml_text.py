@@ -1,8 +1,11 @@
-"""YAML as data only: the YAML 1.2 numbers and booleans, no code, no aliases, no repeated keys."""
+"""YAML as data only: the YAML 1.2 numbers and booleans, no code, no aliases, no repeated keys; read and written."""
 
 from __future__ import annotations
 
+import json
+import math
 import re
+from io import StringIO
 from typing import Any
 
 import yaml
@@ -81,3 +84,74 @@ def parse_yaml(text: str, source: str) -> Any:
         raise InvalidInputError("", "is nested too deeply", remedy, source=source) from None
     except (ValueError, OverflowError) as error:
         raise InvalidInputError("", f"holds a value that cannot be read ({error})", remedy, source=source) from None
+
+
+_LINE = 100  # what is longer than this is not written on one line
+_FOR_PEOPLE = 500_000  # what is longer than this nobody reads, and YAML takes long to write
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes what `_Loader` reads back: text in quotes where that would take it for a number."""
+
+    yaml_implicit_resolvers = _Loader.yaml_implicit_resolvers
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def yaml_text(data: dict[str, Any]) -> str:
+    """Return plain data as YAML for people: a line per field, short lists and mappings on one line.
+
+    Parameters
+    ----------
+    data : dict
+        Of what JSON knows.
+
+    Returns
+    -------
+    str
+        :func:`parse_yaml` makes the same data of it.
+
+    Raises
+    ------
+    InvalidInputError
+        If it holds anything else.
+    """
+    try:
+        if len(json.dumps(data)) > _FOR_PEOPLE:
+            return _as_json(data)
+        for readable in (True, False):  # letters of all scripts as they are, unless YAML reads some of them otherwise
+            text = _dumped(data, readable)
+            if parse_yaml(text, "") == data:
+                return text
+    except (yaml.YAMLError, InvalidInputError, RecursionError, TypeError, ValueError):
+        pass
+    return _as_json(data)
+
+
+def _as_json(data: dict[str, Any]) -> str:
+    """Return data as JSON, which is YAML as well, a line per field."""
+    try:
+        lines = [f"  {json.dumps(key)}: {json.dumps(value, allow_nan=False)}" for key, value in data.items()]
+    except (TypeError, ValueError, RecursionError) as error:
+        raise InvalidInputError("problem", f"is not plain data: {error}", "give what JSON knows") from None
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _dumped(data: dict[str, Any], readable: bool) -> str:
+    dumper = _Dumper(StringIO(), sort_keys=False)
+    root: Any = dumper.represent_data(data)
+    root.flow_style = not data
+    for _, value in root.value:
+        _laid_out(value)
+    return str(yaml.serialize(root, Dumper=_Dumper, width=math.inf, allow_unicode=readable))
+
+
+def _laid_out(node: Any) -> int:
+    """Write a node on one line if that is short, else its parts each on its own; return about how long it is."""
+    if isinstance(node, yaml.ScalarNode):
+        return len(node.value)
+    parts = [part for item in node.value for part in (item if isinstance(item, tuple) else (item,))]
+    length = sum(_laid_out(part) + 2 for part in parts)
+    node.flow_style = length <= _LINE
+    return length

@@ -58,9 +58,9 @@ def draw_sampled_domain(
             axes.fill_between(strip.r, low, high, where=high > low, color=REGION, linewidth=0.3)
     curves: dict[Cause, list[tuple[FloatArray, FloatArray]]] = {}
     for causes, r, u in shown.boundary([strip for strip in strips if any(strip.causes)]):
-        curves.setdefault(min(causes, key=_order), []).append((r, u))
+        curves.setdefault(min(causes, key=order), []).append((r, u))
     seen: set[str] = set()
-    for cause in sorted(curves, key=_order):
+    for cause in sorted(curves, key=order):
         name = name_of(cause)
         for r, u in curves[cause]:
             axes.plot(r, u, label=None if name in seen else name, **_look(cause))
@@ -137,7 +137,7 @@ def _is_wrist(cause: Cause) -> bool:
     return abs(abs(cause.value) - 0.5 * np.pi) < 1e-9
 
 
-def _order(cause: Cause) -> tuple[int, int, bool, float]:
+def order(cause: Cause) -> tuple[int, int, bool, float]:
     """Return what is shown first: limits before folds, which they cover where they coincide."""
     kinds = {"upper limit": 0, "lower limit": 0, "fold": 1, "free": 2, "marker": 3}
     return kinds[cause.kind], cause.joint, cause.kind == "lower limit", cause.value

@@ -114,13 +114,8 @@ def _look(cause: Cause) -> dict[str, Any]:
 
 
 def _draw_events(axes: Axes, events: Sequence[Event], branch: int, window: Window) -> None:
-    """Mark what happens on a branch; parts of several branches are marked where something happens on this one."""
-    here = {(event.r, event.u) for event in events if event.branch == branch}
-    mine = [
-        event
-        for event in events
-        if event.branch == branch or (event.branch is None and (event.kind == "singular" or (event.r, event.u) in here))
-    ]
+    """Mark what happens on a branch."""
+    mine = events_on(events, branch)
     for kind, (name, look) in _MARKS.items():
         places = np.array([(event.r, event.u) for event in mine if event.kind == kind])
         if len(places):
@@ -129,6 +124,16 @@ def _draw_events(axes: Axes, events: Sequence[Event], branch: int, window: Windo
                 places[:, 0], u, linestyle="none", color=INK, markeredgewidth=0.7, label=name, clip_on=False, zorder=4,
                 **look,
             )  # fmt: skip
+
+
+def events_on(events: Sequence[Event], branch: int) -> list[Event]:
+    """Return what happens on a branch, and to parts of several branches where something happens on this one."""
+    here = {(event.r, event.u) for event in events if event.branch == branch}
+    return [
+        event
+        for event in events
+        if event.branch == branch or (event.branch is None and (event.kind == "singular" or (event.r, event.u) in here))
+    ]
 
 
 def legend_below(axes: Axes, columns: int = 3) -> None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from selfmotion._types import FloatArray
+from selfmotion._types import FloatArray, IntArray
 from selfmotion.arms import RedundantArm
 from selfmotion.certificate.result import Certificate, TubeSlice
 from selfmotion.certificate.verdict import percent, proved_within, verdict
@@ -172,14 +172,26 @@ def _draw_bands(axes: Axes, tube: tuple[TubeSlice, ...], intervals: list[FloatAr
     """Draw what is left at the slices as bands."""
     from matplotlib.collections import PolyCollection
 
-    shapes = _bands(intervals, np.array([part.r for part in tube]))
+    shapes = bands(intervals, np.array([part.r for part in tube]))
     if shapes:
-        bands = PolyCollection(shapes, facecolor=TUBE, edgecolor=TUBE, linewidth=0.3, label=label, zorder=3)
-        axes.add_collection(bands, autolim=False)
+        patches = PolyCollection(shapes, facecolor=TUBE, edgecolor=TUBE, linewidth=0.3, label=label, zorder=3)
+        axes.add_collection(patches, autolim=False)
+
+
+class Chart(Protocol):
+    """What a tube is drawn in: ordinates of postures; see :class:`~selfmotion.plot.unfolding.Unfolding`."""
+
+    def ordinate(self, r: FloatArray, u: FloatArray, branch: IntArray) -> FloatArray:
+        """Return the ordinates of postures, all of shape (k,)."""
+        ...
+
+    def cut(self, ends: FloatArray) -> FloatArray:
+        """Return short intervals between ordinates (k, 2), more than k where the chart cuts one."""
+        ...
 
 
 def tube_intervals(
-    chart: Unfolding, arm: RedundantArm, tube: tuple[TubeSlice, ...], gap: float = _SAME
+    chart: Chart, arm: RedundantArm, tube: tuple[TubeSlice, ...], gap: float = _SAME
 ) -> list[FloatArray]:
     """Return what is left at each slice as intervals of the chart's ordinate, shape (m, 2) each, ascending.
 
@@ -204,7 +216,7 @@ def merged(intervals: FloatArray, gap: float) -> FloatArray:
     return np.array(joined).reshape(-1, 2)
 
 
-def _bands(intervals: list[FloatArray], r: FloatArray) -> list[FloatArray]:
+def bands(intervals: list[FloatArray], r: FloatArray) -> list[FloatArray]:
     """Return polygons that join the intervals of neighbouring slices where one follows another; others are steps."""
     shapes = []
     for k in range(len(r) - 1):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -77,11 +78,16 @@ def _labels(radii: Radii) -> list[tuple[str, float]]:
     """Return one label per circle with its radius, from outside in."""
     named = [("$R_{max}$", radii.outer), ("$R^*_{min}$", radii.nearest)]
     named += [(f"$ρ_{k + 1}$", rho) for k, rho in enumerate(radii.coregular)]
-    named = sorted((item for item in named if not np.isnan(item[1])), key=lambda item: -item[1])
+    return [(" = ".join([*names, f"{radius:.4g}"]), radius) for names, radius in same_circles(named)]
+
+
+def same_circles(named: Sequence[tuple[str, float]]) -> list[tuple[list[str], float]]:
+    """Return each circle once with all its names, from outside in; one without a radius, NaN, is none."""
+    known = sorted((item for item in named if not np.isnan(item[1])), key=lambda item: -item[1])
     groups: list[tuple[list[str], float]] = []
-    for name, radius in named:
-        if groups and groups[-1][1] - radius <= _SAME * radii.outer:
+    for name, radius in known:
+        if groups and groups[-1][1] - radius <= _SAME * known[0][1]:
             groups[-1][0].append(name)
         else:
             groups.append(([name], radius))
-    return [(" = ".join([*names, f"{radius:.4g}"]), radius) for names, radius in groups]
+    return groups

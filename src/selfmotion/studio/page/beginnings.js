@@ -1,0 +1,82 @@
+// What newly chosen parts of a problem begin with: near what is there, so that something is feasible.
+
+const round = (value) => Number(value.toPrecision(4));
+
+// The middle of the path that is there, and how large it is.
+function frameOf(scene) {
+  const { x } = scene.path, dimension = x.shape[1];
+  const least = [Infinity, Infinity], most = [-Infinity, -Infinity];
+  for (let k = 0; k < x.shape[0]; k += 1) {
+    for (const axis of [0, 1]) {
+      least[axis] = Math.min(least[axis], x[k * dimension + axis]);
+      most[axis] = Math.max(most[axis], x[k * dimension + axis]);
+    }
+  }
+  const size = Math.max(most[0] - least[0], most[1] - least[1]) / 2 || 0.1 * (scene.reach?.outer ?? 1);
+  return { middle: [(least[0] + most[0]) / 2, (least[1] + most[1]) / 2].map(round), size: round(size) };
+}
+
+export function sampledPoints(scene, count) {
+  const { x } = scene.path, last = x.shape[0] - 1;
+  return Array.from({ length: count }, (_, k) => {
+    const at = 2 * Math.round((k / (count - 1)) * last);
+    return [round(x[at]), round(x[at + 1])];
+  });
+}
+
+const PATHS = {
+  bezier: (scene) => ({ control_points: scene.path.handles ?? sampledPoints(scene, 6) }),
+  waypoints: (scene) => ({ points: scene.path.handles ?? sampledPoints(scene, 7), interpolation: "spline" }),
+  line: (scene) => {
+    const [start, end] = [sampledPoints(scene, 2)[0], sampledPoints(scene, 2)[1]];
+    const { middle, size } = frameOf(scene);
+    return Math.hypot(end[0] - start[0], end[1] - start[1]) > 0.2 * size
+      ? { start, end } : { start: [middle[0] - size, middle[1]].map(round), end: [middle[0] + size, middle[1]].map(round) };
+  },
+  circle: (scene) => ({ center: frameOf(scene).middle, radius: frameOf(scene).size }),
+  arc: (scene) => ({ center: frameOf(scene).middle, radius: frameOf(scene).size, start_angle: 0, sweep: 3.14159 }),
+  ellipse: (scene) => ({ center: frameOf(scene).middle, radii: [frameOf(scene).size, round(0.6 * frameOf(scene).size)] }),
+  lissajous: (scene) => ({ center: frameOf(scene).middle, radii: Array(2).fill(frameOf(scene).size), frequencies: [1, 2] }),
+  rose: (scene) => ({ center: frameOf(scene).middle, radius: frameOf(scene).size, petals: 3 }),
+  clothoid: (scene) => ({ center: frameOf(scene).middle, scale: frameOf(scene).size, coefficients: [0, -4, 0, 0.33], t_range: [-4.712, 0] }),
+};
+
+const fill = (scene, value) => Array(scene.n_u).fill(value);
+const search = (old, bounds) => old.optimizer ?? { kind: "pso", population: 20, iterations: 100, ...(bounds ? { bounds } : {}), seed: 1 };
+const free = (old) => {
+  const { bounds: _, ...rest } = search(old);
+  return rest;
+};
+
+const PLANNERS = {
+  sinusoid: (scene, old, start) => ({
+    offset: old.offset ?? start, amplitude: old.amplitude ?? fill(scene, 0.3),
+    optimizer: { ...search(old), bounds: search(old).bounds ?? [0, 15] },
+  }),
+  harmonics: (scene, old, start) => ({ offset: old.offset ?? start, span: old.span ?? fill(scene, 0.3), optimizer: free(old) }),
+  bspline: (scene, old, start) => ({ offset: old.offset ?? start, span: old.span ?? fill(scene, 0.3), optimizer: free(old) }),
+  global: (scene) => (scene.n_u === 1 ? { gap: scene.dimension === 3 ? 1e-2 : 1e-4 } : null),
+  refine: () => ({ seed: 0 }),
+  moving_base: (scene, old) => (scene.n_u > 1 && scene.dimension === 2 ? { optimizer: free(old) } : null),
+};
+
+// Of another kind of arm: its path comes with it.
+const ARMS = {
+  planar: (scene) => ({ links: scene.links ?? [30, 30, 20] }),
+  named: () => ({ name: "panda" }),
+};
+
+const SEARCHES = ({ kind: _, variant: _v, walls: _w, ...rest }) => rest;
+
+// Data of a kind in a section, or null where it cannot be begun here: open a file or an example for that.
+export function begin(section, kind, old, scene, start) {
+  if (section === "optimizer") {
+    const { population, iterations, bounds, seed } = SEARCHES(old);
+    return Object.fromEntries(Object.entries({ kind, population, iterations, bounds, seed }).filter(([, value]) => value !== undefined));
+  }
+  const makers = { task: PATHS, path: PATHS, planner: PLANNERS, arm: ARMS }[section];
+  if (!scene || (scene.dimension !== 2 && makers === PATHS)) return null; // poses: as text
+  const made = makers?.[kind]?.(scene, old, start);
+  if (!made) return null;
+  return { kind, ...made, ...(section === "task" && old.direction !== undefined ? { direction: old.direction } : {}) };
+}

@@ -1,0 +1,148 @@
+"""Arm, path and reach as plain data: what the picture of the scene is drawn from."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from selfmotion._types import FloatArray
+from selfmotion.angles import TAU
+from selfmotion.arms import PlanarArm
+from selfmotion.arms.protocols import length_unit, u_period
+from selfmotion.domain import out_of_reach
+from selfmotion.domain.angle_domain import blocked_stretches, stretches
+from selfmotion.errors import Blocked
+from selfmotion.paths import Path
+from selfmotion.paths.base import PLANE, SPACE
+from selfmotion.plot.workspace import same_circles
+from selfmotion.problem import Problem
+from selfmotion.studio.problems import MOST_BREAKS
+from selfmotion.studio.wire import finite, packed
+
+_POINTS = 400  # of the path's picture
+_BESIDE = 1e-4  # where beside a break the path is shown as well
+_MOST_POINTS = 4000
+_MOST_HANDLES = 60
+_FEW_LOOKS = 201  # for what is blocked while something is dragged
+_DRAGGED = {"bezier": ("control_points",), "waypoints": ("points",), "line": ("start", "end")}
+OBJECTIVE_NAMES = {
+    "joint_travel": "joint travel, Σ w ∫ √(1 + θ′²) dr",
+    "l1": "travel of all joints, Σ w ∫ |θ′| dr",
+    "l2": "length of the joint path, ∫ ‖w θ′‖ dr",
+}
+"""What objectives are called."""
+
+
+def scene(problem: Problem, data: dict[str, Any], settled: bool = True) -> dict[str, Any]:
+    """Return arm, path, reach and what is doubtful or blocked.
+
+    Parameters
+    ----------
+    problem : Problem
+    data : dict
+        What it was made from.
+    settled : bool
+        False while something is dragged: then what is blocked is looked for at fewer places.
+    """
+    arm, path = problem.arm, problem.path
+    return {
+        "dimension": PLANE if arm.dimension == PLANE else SPACE,
+        "n": arm.n,
+        "n_u": arm.n_u,
+        "unit": "rad" if u_period(arm) == TAU else "m",
+        "length_unit": length_unit(arm),
+        "branches": list(arm.branches),
+        "allowed": problem.elbow_branches,
+        "joints": _joint_names(problem),
+        "limits": [[finite(low), finite(high)] for low, high in zip(arm.limits.lower, arm.limits.upper, strict=True)],
+        "slides": arm.limits.slides.tolist(),
+        "links": arm.links.tolist() if isinstance(arm, PlanarArm) else None,
+        "path": _path(path) | {"handles": _handles(data.get("path"))},
+        "reach": _reach(arm) if isinstance(arm, PlanarArm) else None,
+        "direction": arm.direction if isinstance(arm, PlanarArm) else None,
+        "objective": problem.objective.kind,
+        "objective_name": OBJECTIVE_NAMES.get(problem.objective.kind, problem.objective.kind),
+        "samples": problem.samples,
+        "start": None if problem.start is None else problem.start.u.tolist(),
+        "warnings": list(problem.warnings),
+        "blocked": [
+            {"r": list(part.r), "cause": part.cause, "text": blocked_text(part)} for part in _blocked(problem, settled)
+        ],
+    }
+
+
+def _joint_names(problem: Problem) -> list[str]:
+    chain = getattr(problem.arm, "chain", None)
+    return [f"θ{j + 1}" for j in range(problem.arm.n)] if chain is None else list(chain.names)
+
+
+def _path(path: Path) -> dict[str, Any]:
+    """Return points along the path, closer together where it breaks."""
+    breaks = path.breaks
+    beside = [breaks - _BESIDE, breaks + _BESIDE] if len(breaks) <= MOST_BREAKS else []
+    r = np.unique(np.clip(np.concatenate([path.grid(_POINTS), *beside]), 0.0, 1.0))
+    r = thinned(r, _MOST_POINTS)
+    x = path(r)[:, : PLANE if path.dimension == PLANE else SPACE]
+    return {"r": packed(r), "x": packed(x), "closed": path.is_closed, "length": finite(_length(path, x))}
+
+
+def _length(path: Path, x: FloatArray) -> float:
+    """Return the path's length, of very many pieces as far as points tell."""
+    if len(path.breaks) <= MOST_BREAKS:
+        return path.length
+    points = path(np.union1d(path.breaks, [0.0, 1.0]))[:, : x.shape[1]]
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def thinned(values: FloatArray, most: int) -> FloatArray:
+    """Return at most so many rows, evenly chosen, the first and the last among them."""
+    if len(values) <= most:
+        return values
+    return np.asarray(values[np.linspace(0, len(values) - 1, most).round().astype(int)])
+
+
+def _handles(data: Any) -> list[list[float]] | None:
+    """Return the points by which a plane path is dragged, None if it has none or too many."""
+    if not isinstance(data, dict):
+        return None
+    names = _DRAGGED.get(str(data.get("kind")))
+    if names is None:
+        return None
+    found = data[names[0]] if len(names) == 1 else [data[name] for name in names]
+    if len(found) > _MOST_HANDLES or any(len(point) != PLANE for point in found):
+        return None
+    return [[float(value) for value in point] for point in found]
+
+
+def _reach(arm: PlanarArm) -> dict[str, Any]:
+    """Return the annulus of reach, and with one redundant degree its characteristic circles."""
+    center, inner, outer = arm.annulus
+    circles = []
+    if arm.n_u == 1:
+        radii = arm.radii()
+        named = [("R_max (9)", radii.outer), ("R*_min (10)", radii.nearest)]
+        named += [(f"co-regular ρ{k + 1}", rho) for k, rho in enumerate(radii.coregular)]
+        circles = [
+            {"radius": radius, "name": f"{' = '.join(names)} = {radius:.4g}"} for names, radius in same_circles(named)
+        ]
+    return {"center": center.tolist(), "inner": inner, "outer": outer, "circles": circles}
+
+
+def _blocked(problem: Problem, settled: bool) -> list[Blocked]:
+    """Return the stretches that no posture reaches; of arms in space, while one is dragged, only those out of reach."""
+    arm, path = problem.arm, problem.path
+    if settled:
+        return problem.blocked
+    if arm.dimension == PLANE:
+        return blocked_stretches(arm, path, min(problem.samples, _FEW_LOOKS), problem.elbow_branches)
+    found = stretches(lambda r: out_of_reach(arm, path(r)), path.grid(_FEW_LOOKS - 1))
+    return [Blocked(ends, "out of reach", float(arm.shortfall(path(np.linspace(*ends, 101))).max())) for ends in found]
+
+
+def blocked_text(part: Blocked) -> str:
+    """Return what is blocked in words."""
+    by = "" if part.short_by is None else f" by up to {part.short_by:.4g}"
+    why = f" ({' and '.join(part.limits)})" if part.limits else ""
+    a, b = part.r
+    return f"{part.cause}{by}{why} " + (f"at r = {a:.4g}" if a == b else f"for r from {a:.4g} to {b:.4g}")
