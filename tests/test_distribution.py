@@ -1,0 +1,82 @@
+"""What is published: an sdist and a wheel with all they need and nothing else; the wheel works where nothing else is.
+
+Both are built by the hatchling that is installed; what the wheel depends on is installed in the versions that are here.
+"""
+
+import json
+import subprocess
+import sys
+import tarfile
+import zipfile
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+from test_licences import CORE
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src" / "selfmotion"
+PIP = ["-m", "pip", "--quiet", "--disable-pip-version-check", "install"]
+
+
+def done(*command, **options):
+    """Return what a command that must succeed prints."""
+    result = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False, **options)
+    assert result.returncode == 0, result.stdout + result.stderr
+    return result.stdout
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """The sdist, and the wheel made from it."""
+    folder = tmp_path_factory.mktemp("dist")
+    done(sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, ROOT)
+    (sdist,), (wheel,) = folder.glob("*.tar.gz"), folder.glob("*.whl")
+    return sdist, wheel
+
+
+def test_the_wheel_holds_every_file_of_the_package_and_no_other(built):
+    names = set(zipfile.ZipFile(built[1]).namelist())
+    tracked = done("git", "ls-files", "src/selfmotion", cwd=ROOT).split()
+    package = {name for name in names if ".dist-info/" not in name}
+    assert package == {name.removeprefix("src/") for name in tracked}
+    assert {"selfmotion/py.typed", "selfmotion/report/report.css", "selfmotion/arms/data/panda.urdf"} <= package
+    described = {name.partition(".dist-info/")[2] for name in names - package}
+    assert described == {"METADATA", "WHEEL", "RECORD", "entry_points.txt", "licenses/LICENSE"}
+
+
+def test_the_sdist_holds_what_is_tracked_but_for_what_is_ours_alone(built):
+    with tarfile.open(built[0]) as archive:
+        names = {member.name.partition("/")[2] for member in archive if member.isfile()}
+    tracked = set(done("git", "ls-files", cwd=ROOT).splitlines())
+    assert names - tracked == {"PKG-INFO"}
+    assert {name.partition("/")[0] for name in tracked - names} == {".ci", ".pre-commit-config.yaml"}
+
+
+def test_the_sdist_makes_the_same_wheel_as_the_checkout(built, tmp_path):
+    done(sys.executable, "-m", "build", "--no-isolation", "--wheel", "--outdir", tmp_path, ROOT)
+    (wheel,) = tmp_path.iterdir()
+    assert wheel.read_bytes() == built[1].read_bytes()
+
+
+def test_the_wheel_works_where_nothing_else_is_installed(built, tmp_path):
+    python = tmp_path / "venv" / "bin" / "python"
+    pinned = tmp_path / "here.txt"
+    pinned.write_text("".join(f"{name}=={found.version}\n" for name, found in CORE.items()))
+    done(sys.executable, "-m", "venv", python.parents[1])
+    done(python, *PIP, "--constraint", pinned, built[1])
+    done(python, "-m", "pip", "check")
+
+    command = python.with_name("selfmotion")
+    assert done(command, "--version", cwd=tmp_path).split()[-1] == version("selfmotion")
+    assert "panda" in done(command, "arms", cwd=tmp_path)
+    plan = json.loads(done(command, "plan", ROOT / "examples" / "seed_3r.yaml", "--json", cwd=tmp_path))
+    assert (plan["status"], f"{plan['cost']:.7f}") == ("solved", "5.2775214")
+    home = done(python, "-c", "import selfmotion; print(selfmotion.__file__)", cwd=tmp_path)
+    assert Path(home.strip()).is_relative_to(tmp_path)
+
+
+def test_every_extra_is_satisfied_by_the_versions_that_are_here(built):
+    report = done(sys.executable, *PIP, "--dry-run", "--no-index", "--report", "-", f"{built[1]}[all]")
+    assert [each["metadata"]["name"] for each in json.loads(report)["install"]] == ["selfmotion"]
