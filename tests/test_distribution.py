@@ -16,7 +16,6 @@ import pytest
 from test_licences import CORE
 
 ROOT = Path(__file__).parents[1]
-SOURCE = ROOT / "src" / "selfmotion"
 PIP = ["-m", "pip", "--quiet", "--disable-pip-version-check", "install"]
 
 
@@ -25,6 +24,11 @@ def done(*command, **options):
     result = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False, **options)
     assert result.returncode == 0, result.stdout + result.stderr
     return result.stdout
+
+
+def files(folder="."):
+    """Return the files of the checkout that git keeps, or would."""
+    return set(done("git", "ls-files", "--cached", "--others", "--exclude-standard", folder, cwd=ROOT).splitlines())
 
 
 @pytest.fixture(scope="module")
@@ -38,20 +42,20 @@ def built(tmp_path_factory):
 
 def test_the_wheel_holds_every_file_of_the_package_and_no_other(built):
     names = set(zipfile.ZipFile(built[1]).namelist())
-    tracked = done("git", "ls-files", "src/selfmotion", cwd=ROOT).split()
+    kept = files("src/selfmotion")
     package = {name for name in names if ".dist-info/" not in name}
-    assert package == {name.removeprefix("src/") for name in tracked}
+    assert package == {name.removeprefix("src/") for name in kept}
     assert {"selfmotion/py.typed", "selfmotion/report/report.css", "selfmotion/arms/data/panda.urdf"} <= package
     described = {name.partition(".dist-info/")[2] for name in names - package}
     assert described == {"METADATA", "WHEEL", "RECORD", "entry_points.txt", "licenses/LICENSE"}
 
 
-def test_the_sdist_holds_what_is_tracked_but_for_what_is_ours_alone(built):
+def test_the_sdist_holds_what_git_keeps_but_for_what_only_we_need(built):
     with tarfile.open(built[0]) as archive:
         names = {member.name.partition("/")[2] for member in archive if member.isfile()}
-    tracked = set(done("git", "ls-files", cwd=ROOT).splitlines())
-    assert names - tracked == {"PKG-INFO"}
-    assert {name.partition("/")[0] for name in tracked - names} == {".ci", ".pre-commit-config.yaml"}
+    kept = files()
+    assert names - kept == {"PKG-INFO"}
+    assert {name.partition("/")[0] for name in kept - names} == {".ci", ".pre-commit-config.yaml"}
 
 
 def test_the_sdist_makes_the_same_wheel_as_the_checkout(built, tmp_path):
