@@ -4,6 +4,7 @@ Both are built by the hatchling that is installed; what the wheel depends on is 
 """
 
 import json
+import os
 import subprocess
 import sys
 import tarfile
@@ -69,7 +70,12 @@ def test_the_wheel_works_where_nothing_else_is_installed(built, tmp_path):
     pinned = tmp_path / "here.txt"
     pinned.write_text("".join(f"{name}=={found.version}\n" for name, found in CORE.items()))
     done(sys.executable, "-m", "venv", python.parents[1])
-    done(python, *PIP, "--constraint", pinned, built[1])
+    try:
+        done(python, *PIP, "--constraint", pinned, built[1])
+    except AssertionError as error:
+        if "CI" in os.environ or "connection" not in str(error):
+            raise
+        pytest.skip("no package index is in reach")
     done(python, "-m", "pip", "check")
 
     command = python.with_name("selfmotion")
