@@ -3,20 +3,24 @@
 Both are built by the hatchling that is installed; what the wheel depends on is installed in the versions that are here.
 """
 
+import ast
 import json
 import os
 import subprocess
 import sys
 import tarfile
 import zipfile
-from importlib.metadata import version
+from importlib.metadata import packages_distributions, version
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
-from test_licences import CORE
+from test_licences import CORE, OPTIONAL, PROJECT
 
 ROOT = Path(__file__).parents[1]
+OURS = ("bench", "docs", "test", "dev")  # extras of those who work on it
 PIP = ["-m", "pip", "--quiet", "--disable-pip-version-check", "install"]
 EVERYTHING = """
 import importlib, pkgutil, selfmotion
@@ -88,7 +92,8 @@ def test_the_wheel_works_where_nothing_else_is_installed(built, tmp_path):
     command = python.with_name("selfmotion")
     assert done(command, "--version", cwd=tmp_path).split()[-1] == version("selfmotion")
     assert "panda" in done(command, "arms", cwd=tmp_path)
-    plan = json.loads(done(command, "plan", ROOT / "examples" / "seed_3r.yaml", "--json", cwd=tmp_path))
+    problem = ROOT / "examples" / "seed_3r.yaml"
+    plan = json.loads(done(command, "plan", problem, "--json", "--out", "drawn", cwd=tmp_path))
     assert (plan["status"], f"{plan['cost']:.7f}") == ("solved", "5.2775214")
     assert Path(done(python, "-c", EVERYTHING, cwd=tmp_path).strip()).is_relative_to(tmp_path)
 
@@ -96,3 +101,21 @@ def test_the_wheel_works_where_nothing_else_is_installed(built, tmp_path):
 def test_every_extra_is_satisfied_by_the_versions_that_are_here(built):
     report = done(sys.executable, *PIP, "--dry-run", "--no-index", "--report", "-", f"{built[1]}[all]")
     assert [each["metadata"]["name"] for each in json.loads(report)["install"]] == ["selfmotion"]
+
+
+def imported():
+    """Return the packages that the code imports, wherever in it."""
+    for file in (ROOT / "src").rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+            if isinstance(node, ast.Import):
+                yield from (alias.name.partition(".")[0] for alias in node.names)
+            elif isinstance(node, ast.ImportFrom):
+                yield node.module.partition(".")[0]
+
+
+def test_what_the_code_imports_is_asked_for():
+    owners = packages_distributions()
+    lines = PROJECT["dependencies"] + [line for extra in OPTIONAL if extra not in OURS for line in OPTIONAL[extra]]
+    asked = {canonicalize_name(Requirement(line).name) for line in lines}
+    others = set(imported()) - sys.stdlib_module_names - {"selfmotion"}
+    assert [name for name in sorted(others) if asked.isdisjoint(map(canonicalize_name, owners.get(name, [])))] == []
