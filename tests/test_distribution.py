@@ -93,7 +93,7 @@ def test_the_wheel_works_where_nothing_else_is_installed(built, tmp_path):
     assert done(command, "--version", cwd=tmp_path).split()[-1] == version("selfmotion")
     assert "panda" in done(command, "arms", cwd=tmp_path)
     problem = ROOT / "examples" / "seed_3r.yaml"
-    plan = json.loads(done(command, "plan", problem, "--json", "--out", "drawn", cwd=tmp_path))
+    plan = json.loads(done(command, "plan", problem, "--json", cwd=tmp_path))
     assert (plan["status"], f"{plan['cost']:.7f}") == ("solved", "5.2775214")
     assert Path(done(python, "-c", EVERYTHING, cwd=tmp_path).strip()).is_relative_to(tmp_path)
 
