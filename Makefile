@@ -4,8 +4,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 PEERS := 'cma>=4.0' 'pygmo>=2.19' 'pymoo>=0.6' 'tesseract-robotics>=0.5'
 DEPENDENCIES := pyproject.toml src/selfmotion/_version.py
+LOCK := requirements/dev.txt
+PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check install
 
-.PHONY: demo test lint docs bench clean
+.PHONY: demo test lint docs bench lock dist clean
 
 demo: $(VENV)/.core  ## the paper's 3R and 6R studies: out/report.html, out/report.md
 	$(BIN)/selfmotion reproduce --out out
@@ -25,20 +27,35 @@ docs: $(VENV)/.dev  ## docs/_build/html/index.html; warnings are errors
 bench: $(VENV)/.bench  ## benchmarks/RESULTS.md: ours and others side by side; about ten minutes on a quiet machine
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/run.py
 
-$(VENV)/.core: $(DEPENDENCIES)
+lock: | $(BIN)/python  ## requirements/dev.txt, what CI installs; UPGRADE=--upgrade takes the newest of everything
+	$(PIP) 'uv>=0.9'
+	$(BIN)/uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 --generate-hashes --quiet \
+		--no-config --custom-compile-command 'make lock' --output-file $(LOCK) $(UPGRADE)
+
+dist: $(VENV)/.dev  ## dist/: what is published, the wheel made from the sdist
+	$(BIN)/python -m build --no-isolation
+
+$(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "selfmotion needs Python 3.11 or newer; try: make PYTHON=python3.11 ...")'
-	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.core: $(DEPENDENCIES) | $(BIN)/python
+	$(PIP) --editable .
 	touch $@
 
-$(VENV)/.dev: $(VENV)/.core
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+# Where the lock was tried it is kept to; elsewhere the newest releases that pyproject.toml allows are taken.
+$(VENV)/.dev: $(DEPENDENCIES) $(LOCK) | $(BIN)/python
+	if $(BIN)/python requirements/fits.py; then \
+		$(PIP) --require-hashes --requirement $(LOCK) && $(PIP) --no-deps --no-build-isolation --editable .; \
+	else \
+		$(PIP) --editable '.[dev]'; \
+	fi
 	touch $@
 
 # Not every peer has wheels for every system; one that does not install is reported as missing.
 $(VENV)/.bench: $(VENV)/.core
-	for peer in $(PEERS); do $(BIN)/python -m pip install --quiet --disable-pip-version-check "$$peer" || true; done
+	for peer in $(PEERS); do $(PIP) "$$peer" || true; done
 	touch $@
 
 clean:
-	rm -rf $(VENV) docs/_build docs/_generated out .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) dist docs/_build docs/_generated out .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -1,6 +1,7 @@
 """The docs say what the code does: names resolve, commands and snippets print what is shown beside them."""
 
 import contextlib
+import doctest
 import importlib
 import inspect
 import io
@@ -22,6 +23,9 @@ RUN = (
     "shortest.md",
     "paths-from-files.md",
 )  # pages whose snippets and commands are run
+PAGES = {page.name: page.read_text("utf-8") for page in (ROOT / "docs").glob("*.md")}
+SCRIPTS = sorted(name for name, page in PAGES.items() if "```python" in page and name not in RUN)  # only Python is run
+EXAMPLES = sorted(file for file in (ROOT / "src").rglob("*.py") if ">>> " in file.read_text("utf-8"))
 
 
 def text(page):
@@ -93,6 +97,26 @@ def test_a_page_s_snippets_print_what_it_shows(page, tmp_path, monkeypatch):
         else:
             printed = "".join(command(line) for line in code.splitlines())
             assert not output or settled(printed) == settled(output)
+
+
+@pytest.mark.parametrize("page", SCRIPTS)
+def test_a_page_s_python_runs(page, tmp_path, monkeypatch, capsys):
+    names = {}
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(tmp_path)
+    for language, code, _ in blocks(page):
+        if language == "python":
+            exec(code, names)
+    assert names
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("file", EXAMPLES, ids=lambda file: file.stem)
+def test_an_example_in_a_docstring_prints_what_it_shows(file):
+    name = ".".join(file.relative_to(ROOT / "src").with_suffix("").parts).removesuffix(".__init__")
+    result = doctest.testmod(importlib.import_module(name))
+    assert result.attempted
+    assert result.failed == 0
 
 
 def command(line):

@@ -114,7 +114,7 @@ def test_every_example_problem_is_solved(problem):
 
 def test_the_readme_s_code_runs_and_prints_what_it_says():
     readme = (EXAMPLES[0].parents[1] / "README.md").read_text(encoding="utf-8")
-    code = readme.split("```python")[1].split("```")[0]
+    (code,) = re.findall(r"^```python\n(.*?)^```", readme, re.S | re.M)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("5.2775214")

@@ -1,10 +1,11 @@
 """selfmotion: continuous joint motions for kinematically redundant robot arms.
 
-    import selfmotion as sm
-
-    arm = sm.PlanarArm(links=[30, 30, 20], limits=[None, (0, 3.14159), None])
-    path = sm.Bezier([[50, -10], [85, 30], [50, 50], [60, -10], [58, 30], [70, -10]])
-    plan = sm.plan(sm.Problem(arm, path), sm.Sinusoid(offset=[0.3], amplitude=[0.4], optimizer=sm.PSO(seed=1)))
+>>> import selfmotion as sm
+>>> arm = sm.PlanarArm(links=[30, 30, 20], limits=[None, (0, 3.14159), None])
+>>> path = sm.Bezier([[50, -10], [85, 30], [50, 50], [60, -10], [58, 30], [70, -10]])
+>>> plan = sm.plan(sm.Problem(arm, path), sm.Sinusoid(offset=[0.3], amplitude=[0.4], optimizer=sm.PSO(seed=1)))
+>>> round(plan.cost, 4)
+5.2775
 
 Names are imported when they are first used, so ``import selfmotion`` costs next to nothing.
 """

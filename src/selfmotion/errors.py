@@ -70,7 +70,13 @@ class InvalidInputError(SelfMotionError, ValueError):
 
 
 class MissingExtraError(InvalidInputError):
-    """A feature whose optional dependency is not installed."""
+    """A feature whose optional dependency is not installed.
+
+    Parameters
+    ----------
+    field, reason, remedy, value, source
+        See :class:`InvalidInputError`; the remedy says what to install.
+    """
 
 
 @dataclass(frozen=True)
@@ -238,7 +244,17 @@ class NothingFeasibleError(SelfMotionError):
 
 
 def shorten(value: object, width: int = 60) -> str:
-    """Return `value` as text of at most `width` characters on one line."""
+    """Return `value` as text of at most `width` characters on one line.
+
+    Parameters
+    ----------
+    value : object
+    width : int
+
+    Returns
+    -------
+    str
+    """
     try:
         text = " ".join(repr(value)[: 40 * width].split())
     except ValueError:  # an int too long to print

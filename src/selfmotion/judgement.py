@@ -95,7 +95,25 @@ class Judgement:
 
 
 class Sampled(NamedTuple):
-    """A motion under judgement and what is measured on it once."""
+    """A motion under judgement and what is measured on it once.
+
+    Attributes
+    ----------
+    problem : Problem
+    r : array, shape (k,)
+        Path parameters of the rows, not descending.
+    q : array, shape (k, n)
+        Joint angles [rad; m of joints that slide].
+    allowed : Tolerances
+    miss : array, shape (k,)
+        How far the tool is from the path at the rows, in the unit of length.
+    between : array, shape (k − 1,)
+        The same half-way between rows, joints moving on straight lines.
+    margins : array, shape (k, n)
+        Distances from the nearer limit, infinite where there is none, as `q`.
+    steps : array, shape (k − 1, n)
+        Sizes of the joint steps, as `q`.
+    """
 
     problem: Problem
     r: FloatArray
@@ -167,7 +185,26 @@ def judge(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Tolerances |
 
 
 def measured(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Tolerances | None = None) -> Sampled:
-    """Measure a sampled motion, free joints made continuous; refuse what is none. See :func:`judge`."""
+    """Measure a sampled motion, free joints made continuous; refuse what is none. See :func:`judge`.
+
+    Parameters
+    ----------
+    problem : Problem
+    r : array_like, shape (k,)
+        Path parameters, not descending.
+    q : array_like, shape (k, n)
+        Joint angles [rad; m of joints that slide].
+    tolerances : Tolerances, optional
+
+    Returns
+    -------
+    Sampled
+
+    Raises
+    ------
+    InvalidInputError
+        If r and q are no motion: their shapes, their number, the order of r.
+    """
     arm = problem.arm
     r, q = finite_array("r", r, 1), finite_array("q", q, 2, arm.n)
     if len(r) != len(q) or len(r) < 2 or r.min() < 0 or r.max() > 1 or (np.diff(r) < 0).any():

@@ -205,7 +205,23 @@ OBJECTIVES: dict[str, type[Objective]] = {objective.kind: objective for objectiv
 
 
 def joint_weights(weights: ArrayLike | None, n: int) -> FloatArray:
-    """Return `weights` as an array of n numbers ≥ 0, not all zero; all 1 if None."""
+    """Return `weights` as an array of n numbers ≥ 0, not all zero; all 1 if None.
+
+    Parameters
+    ----------
+    weights : array_like, shape (n,), or None
+    n : int
+        Number of joints.
+
+    Returns
+    -------
+    array, shape (n,)
+
+    Raises
+    ------
+    InvalidInputError
+        If there are not n, one is negative, or all are zero.
+    """
     if weights is None:
         return np.ones(n)
     array = finite_array("weights", weights, 1, n)

@@ -65,7 +65,8 @@ class Problem:
         With at least one redundant degree.
     path : Path
     start, end : array_like or mapping, optional
-        Posture at r = 0 and r = 1: the redundancy vector, or ``{"u": …}``, or ``{"q": …}`` for joint angles.
+        Posture at r = 0 and r = 1: the redundancy vector, shape (n_u,), or ``{"u": …}``, or ``{"q": …}`` for joint
+        angles, shape (n,) [rad].
     elbow : str
         The IK branches that may be used: ``"any"`` or one of the arm's, such as ``"positive"``; in problem files
         ``branch`` means the same.

@@ -52,7 +52,13 @@ _MAX_PANELS = 40_000  # smooth integrands take tens; where this many do not help
 
 
 class Integral(NamedTuple):
-    """An integral and the estimate of its absolute error."""
+    """An integral and the estimate of its absolute error.
+
+    Attributes
+    ----------
+    value : float
+    error : float
+    """
 
     value: float
     error: float
@@ -158,7 +164,17 @@ class DyadicGauss(NamedTuple):
 
 
 def dyadic_gauss(edges: FloatArray, depth: int) -> DyadicGauss:
-    """Return the rule on the panels between ascending `edges`, shape (p + 1,), halved up to `depth` times."""
+    """Return the rule on the panels between ascending `edges`, shape (p + 1,), halved up to `depth` times.
+
+    Parameters
+    ----------
+    edges : array, shape (p + 1,)
+    depth : int
+
+    Returns
+    -------
+    DyadicGauss
+    """
     nodes = []
     ends = edges
     for _ in range(depth + 1):
@@ -171,5 +187,16 @@ def dyadic_gauss(edges: FloatArray, depth: int) -> DyadicGauss:
 
 
 def panel_of(edges: FloatArray, t: FloatArray) -> IntArray:
-    """Return the index of the panel of ascending `edges` that each t lies in, the right one at an edge."""
+    """Return the index of the panel of ascending `edges` that each t lies in, the right one at an edge.
+
+    Parameters
+    ----------
+    edges : array, shape (p + 1,)
+    t : array, shape (...)
+
+    Returns
+    -------
+    array of int, shape (...)
+        The last panel also beyond the last edge, the first before the first.
+    """
     return np.clip(np.searchsorted(edges, t, side="right") - 1, 0, len(edges) - 2)

@@ -21,7 +21,17 @@ _HALF_TURN = -1e-9
 
 
 def product(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the Hamilton products ``a ⊗ b``, shapes (..., 4): first b turns, then a."""
+    """Return the Hamilton products ``a ⊗ b``, shapes (..., 4): first b turns, then a.
+
+    Parameters
+    ----------
+    a, b : array, shape (..., 4)
+        Quaternions (w, x, y, z).
+
+    Returns
+    -------
+    array, shape (..., 4)
+    """
     aw, ax, ay, az = np.moveaxis(a, -1, 0)
     bw, bx, by, bz = np.moveaxis(b, -1, 0)
     return np.stack(
@@ -36,22 +46,62 @@ def product(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def conjugate(q: FloatArray) -> FloatArray:
-    """Return the conjugates, the inverse rotations of unit quaternions, shape (..., 4)."""
+    """Return the conjugates, the inverse rotations of unit quaternions, shape (..., 4).
+
+    Parameters
+    ----------
+    q : array, shape (..., 4)
+        Quaternions (w, x, y, z).
+
+    Returns
+    -------
+    array, shape (..., 4)
+    """
     return q * np.array([1.0, -1.0, -1.0, -1.0])
 
 
 def pure(v: FloatArray) -> FloatArray:
-    """Return the quaternions (0, v) of vectors, shape (..., 4)."""
+    """Return the quaternions (0, v) of vectors, shape (..., 4).
+
+    Parameters
+    ----------
+    v : array, shape (..., 3)
+
+    Returns
+    -------
+    array, shape (..., 4)
+    """
     return np.concatenate([np.zeros((*v.shape[:-1], 1)), v], axis=-1)
 
 
 def rotate(q: FloatArray, v: FloatArray) -> FloatArray:
-    """Return vectors (..., 3) turned by unit quaternions (..., 4)."""
+    """Return vectors (..., 3) turned by unit quaternions (..., 4).
+
+    Parameters
+    ----------
+    q : array, shape (..., 4)
+        Unit quaternions (w, x, y, z).
+    v : array, shape (..., 3)
+
+    Returns
+    -------
+    array, shape (..., 3)
+    """
     return product(product(q, pure(v)), conjugate(q))[..., 1:]
 
 
 def matrix(q: FloatArray) -> FloatArray:
-    """Return the rotation matrices of unit quaternions (..., 4), shape (..., 3, 3)."""
+    """Return the rotation matrices of unit quaternions (..., 4), shape (..., 3, 3).
+
+    Parameters
+    ----------
+    q : array, shape (..., 4)
+        Unit quaternions (w, x, y, z).
+
+    Returns
+    -------
+    array, shape (..., 3, 3)
+    """
     w, x, y, z = np.moveaxis(q, -1, 0)
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -66,6 +116,14 @@ def from_matrix(rotation: FloatArray) -> FloatArray:
 
     ``4 q qᵀ`` is linear in the matrix; its column with the largest diagonal entry is free of cancellation
     (Shepperd 1978).
+
+    Parameters
+    ----------
+    rotation : array, shape (..., 3, 3)
+
+    Returns
+    -------
+    array, shape (..., 4)
     """
     m = np.moveaxis(rotation, (-2, -1), (0, 1))
     wx, wy, wz = m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
@@ -85,38 +143,102 @@ def from_matrix(rotation: FloatArray) -> FloatArray:
 
 
 def upper(q: FloatArray) -> FloatArray:
-    """Return each quaternion or its negative: the one with w > 0, or with its first other entry positive if w is 0."""
+    """Return each quaternion or its negative: the one with w > 0, or with its first other entry positive if w is 0.
+
+    Parameters
+    ----------
+    q : array, shape (..., 4)
+
+    Returns
+    -------
+    array, shape (..., 4)
+    """
     large = np.abs(q) > 1e-12
     first = np.take_along_axis(q, np.argmax(large, axis=-1)[..., None], axis=-1)
     return np.where(first < 0, -q, q)
 
 
 def exponential(v: FloatArray) -> FloatArray:
-    """Return the unit quaternions of rotation vectors (..., 3)."""
+    """Return the unit quaternions of rotation vectors (..., 3).
+
+    Parameters
+    ----------
+    v : array, shape (..., 3)
+        Axis times angle [rad].
+
+    Returns
+    -------
+    array, shape (..., 4)
+    """
     half = 0.5 * np.linalg.norm(v, axis=-1, keepdims=True)
     # numpy's sinc is that of π x.
     return np.concatenate([np.cos(half), 0.5 * v * np.sinc(half / np.pi)], axis=-1)
 
 
 def logarithm(q: FloatArray) -> FloatArray:
-    """Return the rotation vectors of unit quaternions (..., 4): angles up to π if w ≥ 0, beyond if it is not."""
+    """Return the rotation vectors of unit quaternions (..., 4): angles up to π if w ≥ 0, beyond if it is not.
+
+    Parameters
+    ----------
+    q : array, shape (..., 4)
+        Unit quaternions (w, x, y, z).
+
+    Returns
+    -------
+    array, shape (..., 3)
+        Axis times angle [rad].
+    """
     size = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
     angle = 2.0 * np.arctan2(size, q[..., :1])
     return np.where(size > 0, angle * q[..., 1:] / np.where(size > 0, size, 1.0), 0.0)
 
 
 def turn(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the rotation vectors from a to b on the way that their signs say, in a's own frame, shape (..., 3)."""
+    """Return the rotation vectors from a to b on the way that their signs say, in a's own frame, shape (..., 3).
+
+    Parameters
+    ----------
+    a, b : array, shape (..., 4)
+        Unit quaternions (w, x, y, z).
+
+    Returns
+    -------
+    array, shape (..., 3)
+        Axis times angle [rad].
+    """
     return logarithm(product(conjugate(a), b))
 
 
 def apart(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the angles between rotations a and b (..., 4), in [0, π]."""
+    """Return the angles between rotations a and b (..., 4), in [0, π].
+
+    Parameters
+    ----------
+    a, b : array, shape (..., 4)
+        Unit quaternions (w, x, y, z).
+
+    Returns
+    -------
+    array, shape (...)
+        [rad].
+    """
     return np.asarray(np.linalg.norm(turn(a, np.where((a * b).sum(axis=-1, keepdims=True) < 0, -b, b)), axis=-1))
 
 
 def slerp(a: FloatArray, b: FloatArray, t: FloatArray) -> FloatArray:
-    """Return the rotations at the fractions t (k,) of the turn from a to b, (4,) each, on the way their signs say."""
+    """Return the rotations at the fractions t (k,) of the turn from a to b, (4,) each, on the way their signs say.
+
+    Parameters
+    ----------
+    a, b : array, shape (4,)
+        Unit quaternions (w, x, y, z).
+    t : array, shape (k,)
+        0 is at a, 1 at b.
+
+    Returns
+    -------
+    array, shape (k, 4)
+    """
     return product(a, exponential(np.asarray(t)[..., None] * turn(a, b)))
 
 
@@ -124,6 +246,16 @@ def continuous(q: FloatArray) -> FloatArray:
     """Return rotations (k, 4) with the signs that make every turn to the next the shorter one.
 
     Half turns are equally short both ways; there the signs decide as they were given.
+
+    Parameters
+    ----------
+    q : array, shape (k, 4)
+        Unit quaternions (w, x, y, z).
+
+    Returns
+    -------
+    array, shape (k, 4)
+        The first as given.
     """
     flips = np.where((q[:-1] * q[1:]).sum(axis=-1) < _HALF_TURN, -1.0, 1.0)
     return q * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
@@ -131,6 +263,19 @@ def continuous(q: FloatArray) -> FloatArray:
 
 def unit_quaternions(field: str, value: Any, ndim: int = 2) -> FloatArray:
     """Return `value` as unit quaternions (k, 4), or (4,) if `ndim` is 1.
+
+    Parameters
+    ----------
+    field : str
+        What it is called in an error.
+    value : array_like, shape (k, 4) or (4,)
+        (w, x, y, z).
+    ndim : int
+        2, or 1 for a single one.
+
+    Returns
+    -------
+    array, shape (k, 4) or (4,)
 
     Raises
     ------
@@ -155,6 +300,17 @@ def unit_quaternions(field: str, value: Any, ndim: int = 2) -> FloatArray:
 def rotation(field: str, value: Any) -> FloatArray:
     """Return a quaternion (4,) or a rotation matrix (3, 3) as a unit quaternion.
 
+    Parameters
+    ----------
+    field : str
+        What it is called in an error.
+    value : array_like, shape (4,) or (3, 3)
+        Quaternions are (w, x, y, z).
+
+    Returns
+    -------
+    array, shape (4,)
+
     Raises
     ------
     InvalidInputError
@@ -166,7 +322,23 @@ def rotation(field: str, value: Any) -> FloatArray:
 
 
 def from_rotation_matrix(field: str, value: Any) -> FloatArray:
-    """Return the unit quaternion of a matrix (3, 3), refused with the reason if it is no rotation."""
+    """Return the unit quaternion of a matrix (3, 3), refused with the reason if it is no rotation.
+
+    Parameters
+    ----------
+    field : str
+        What it is called in an error.
+    value : array_like, shape (3, 3)
+
+    Returns
+    -------
+    array, shape (4,)
+
+    Raises
+    ------
+    InvalidInputError
+        Saying why: the shape, the angles between columns, their length, a reflection.
+    """
     m = finite_array(field, value, 2, 3)
     remedy = "give three orthogonal unit columns, right-handed"
     if m.shape != (3, 3):
@@ -183,7 +355,23 @@ def from_rotation_matrix(field: str, value: Any) -> FloatArray:
 
 
 def from_rpy(field: str, value: Any) -> FloatArray:
-    """Return the unit quaternion of roll, pitch, yaw [rad]: about the fixed x, then y, then z axis."""
+    """Return the unit quaternion of roll, pitch, yaw [rad]: about the fixed x, then y, then z axis.
+
+    Parameters
+    ----------
+    field : str
+        What it is called in an error.
+    value : array_like, shape (3,)
+
+    Returns
+    -------
+    array, shape (4,)
+
+    Raises
+    ------
+    InvalidInputError
+        If there are not three finite numbers.
+    """
     roll, pitch, yaw = exponential(np.diag(finite_array(field, value, 1, 3)))
     return upper(product(yaw, product(pitch, roll)))
 

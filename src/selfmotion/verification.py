@@ -90,7 +90,17 @@ class Verification:
 
 
 def finite_or_none(margin: float) -> float | None:
-    """Return the least limit margin, None where no joint is limited."""
+    """Return the least limit margin, None where no joint is limited.
+
+    Parameters
+    ----------
+    margin : float
+        Infinite where no joint is limited.
+
+    Returns
+    -------
+    float or None
+    """
     return float(margin) if np.isfinite(margin) else None
 
 
@@ -151,7 +161,21 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
 
 
 def elbow_failures(problem: Problem, r: FloatArray, q: FloatArray) -> list[Failure]:
-    """Return the first place where postures `q` (k, n) at `r` (k,) leave the branch that the problem asks for."""
+    """Return the first place where postures `q` (k, n) at `r` (k,) leave the branch that the problem asks for.
+
+    Parameters
+    ----------
+    problem : Problem
+    r : array, shape (k,)
+        Path parameters.
+    q : array, shape (k, n)
+        Joint angles [rad; m of joints that slide].
+
+    Returns
+    -------
+    list of Failure
+        One or none.
+    """
     if problem.elbow == "any":
         return []
     wrong = ~problem.arm.is_on_branch(q, problem.elbow, ANGLE)
@@ -165,7 +189,18 @@ def elbow_failures(problem: Problem, r: FloatArray, q: FloatArray) -> list[Failu
 
 
 def end_failures(problem: Problem, q: FloatArray) -> list[Failure]:
-    """Return which of the problem's start and end postures the motion `q` (k, n) does not have."""
+    """Return which of the problem's start and end postures the motion `q` (k, n) does not have.
+
+    Parameters
+    ----------
+    problem : Problem
+    q : array, shape (k, n)
+        Joint angles [rad; m of joints that slide].
+
+    Returns
+    -------
+    list of Failure
+    """
     arm, failures = problem.arm, []
     for name, posture, r, k in (("start", problem.start, 0.0, 0), ("end", problem.end, 1.0, len(q) - 1)):
         if posture is None:
@@ -180,7 +215,19 @@ def end_failures(problem: Problem, q: FloatArray) -> list[Failure]:
 
 
 def closure_failures(problem: Problem, q: FloatArray) -> list[Failure]:
-    """Return the joint by which a motion `q` (k, n) fails most to close, if the problem wants it to be cyclic."""
+    """Return the joint by which a motion `q` (k, n) fails most to close, if the problem wants it to be cyclic.
+
+    Parameters
+    ----------
+    problem : Problem
+    q : array, shape (k, n)
+        Joint angles [rad; m of joints that slide].
+
+    Returns
+    -------
+    list of Failure
+        One or none.
+    """
     if not problem.cyclic:
         return []
     gap = q[-1] - q[0]

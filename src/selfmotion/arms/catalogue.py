@@ -208,12 +208,43 @@ class Solved(NamedTuple):
 
 
 def how_solved(name: str) -> Solved:
-    """Return how an arm of the catalogue is solved."""
+    """Return how an arm of the catalogue is solved.
+
+    Parameters
+    ----------
+    name : str
+        As in :data:`CATALOGUE`.
+
+    Returns
+    -------
+    Solved
+
+    Raises
+    ------
+    InvalidInputError
+        If the catalogue has no such arm.
+    """
     return _solved(CATALOGUE[choice("name", name, CATALOGUE)].chain())
 
 
 def how_solved_file(file: FileName, base: str | None = None, tip: str | None = None) -> tuple[Chain, Solved]:
-    """Return the chain between two links of a URDF file, see :func:`urdf_arm`, and how it is solved."""
+    """Return the chain between two links of a URDF file, see :func:`urdf_arm`, and how it is solved.
+
+    Parameters
+    ----------
+    file : path-like
+    base, tip : str, optional
+        As for :func:`~selfmotion.arms.chain.read_chain`.
+
+    Returns
+    -------
+    tuple of Chain and Solved
+
+    Raises
+    ------
+    InvalidInputError
+        If the file cannot be read, or holds no such chain.
+    """
     chain = load_chain(file, base, tip)
     return chain, _solved(chain)
 

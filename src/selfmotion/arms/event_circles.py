@@ -45,6 +45,14 @@ def constraints(arm: PlanarArm) -> list[Cause]:
     """Return every constraint that can bound the feasible self-motion: joint limits, then the folds θ2 = 0 and π.
 
     A joint limited on one side only never binds: from a turn further inside it is free.
+
+    Parameters
+    ----------
+    arm : PlanarArm
+
+    Returns
+    -------
+    list of Cause
     """
     lower, upper = arm.limits.lower, arm.limits.upper
     both = np.flatnonzero(np.isfinite(lower) & np.isfinite(upper))

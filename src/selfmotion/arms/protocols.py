@@ -137,12 +137,34 @@ class SelfMotion(Protocol):
 
 
 def u_period(arm: RedundantArm) -> float:
-    """Return after which an arm's redundancy parameters are the same again: a full turn, unless it says otherwise."""
+    """Return after which an arm's redundancy parameters are the same again: a full turn, unless it says otherwise.
+
+    Parameters
+    ----------
+    arm : RedundantArm
+
+    Returns
+    -------
+    float
+        In the unit of u; :data:`~selfmotion.angles.NEVER` of an arm on a rail.
+    """
     return float(getattr(arm, "u_period", TAU))
 
 
 def u_steps(arm: RedundantArm, u: FloatArray, to: FloatArray) -> FloatArray:
-    """Return the steps from redundancy parameters to others, the short way round where these are angles."""
+    """Return the steps from redundancy parameters to others, the short way round where these are angles.
+
+    Parameters
+    ----------
+    arm : RedundantArm
+    u, to : array, shape (..., n_u)
+        [rad; m on a rail].
+
+    Returns
+    -------
+    array, shape (..., n_u)
+        In the same unit.
+    """
     return wrap(to - u, u_period(arm))
 
 
@@ -259,7 +281,16 @@ class RedundantArm(Protocol):
 
 
 def length_unit(arm: RedundantArm) -> str | None:
-    """Return the unit of an arm's lengths: m of arms in space, of planar ones that of their placement, else None."""
+    """Return the unit of an arm's lengths: m of arms in space, of planar ones that of their placement, else None.
+
+    Parameters
+    ----------
+    arm : RedundantArm
+
+    Returns
+    -------
+    str or None
+    """
     if getattr(arm, "chain", None) is not None:
         return "m"
     unit: str | None = getattr(getattr(arm, "placement", None), "unit", None)

@@ -74,7 +74,17 @@ def proved_within(cost: float, cost_error: float, bound: float) -> float:
 
 
 def percent(part: float) -> str:
-    """Return a part as a percentage of two digits that is never too small, such as ``0.0085 %``."""
+    """Return a part as a percentage of two digits that is never too small, such as ``0.0085 %``.
+
+    Parameters
+    ----------
+    part : float
+        1 is all of it.
+
+    Returns
+    -------
+    str
+    """
     value = Decimal(part) * 100
     rounded = value.quantize(Decimal(1).scaleb(value.adjusted() - _DIGITS + 1), ROUND_CEILING).normalize()
     return f"{rounded:f} %"

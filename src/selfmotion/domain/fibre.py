@@ -94,7 +94,7 @@ class Fibre:
         Per breakpoint index, why it is one.
     u : array, shape (m,)
         Per breakpoint index its parameter, NaN where it has none.
-    turning : array of int
+    turning : array of int, shape (t,)
         The joints whose turns are counted.
     joints : callable
         Maps u, shape (...), and a branch to joint angles modulo 2π, shape (..., n).

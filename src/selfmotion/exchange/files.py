@@ -26,6 +26,11 @@ class OutputFolder:
         Made when the first file is written.
     force : bool
         Whether files that selfmotion did not write, or that were changed since, may be replaced.
+
+    Raises
+    ------
+    InvalidInputError
+        If the path is no name of a folder.
     """
 
     def __init__(self, path: str | os.PathLike[str], force: bool = False) -> None:

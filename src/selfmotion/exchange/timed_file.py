@@ -104,6 +104,14 @@ def form_of(field: str, form: str | None, file: str | os.PathLike[str]) -> str:
 def load_trajectory(file: str | os.PathLike[str]) -> TimedRows:
     """Read a timed trajectory in any of the forms that :func:`save_trajectory` writes, whatever the file's name.
 
+    Parameters
+    ----------
+    file : path-like
+
+    Returns
+    -------
+    TimedRows
+
     Raises
     ------
     InvalidInputError

@@ -32,7 +32,7 @@ _WORST = 1e30  # as a violation; squares of values must not overflow in other pe
 
 
 def penalised(cost: FloatArray, violation: FloatArray) -> FloatArray:
-    """Return values that rank every feasible candidate by its cost, below all infeasible ones by their violation."""
+    """Return values, shape (p,), that rank feasible candidates by `cost`, below infeasible ones by `violation`."""
     worst = np.minimum(np.nan_to_num(violation, nan=_WORST), _WORST)
     return np.where(worst > 0, INFEASIBLE * (1.0 + worst), cost)
 
@@ -331,6 +331,11 @@ EVALUATE = "evaluate F of the whole population; keep the best so far"
 
 class AskTell(Optimizer):
     """An optimizer with explicit state.
+
+    Parameters
+    ----------
+    population, iterations, bounds, seed
+        See :class:`Optimizer`.
 
     Attributes
     ----------

@@ -32,6 +32,11 @@ class PSO(Swarm):
         A particle that leaves the box is put on its wall; ``absorb`` also stops its velocity across the wall, ``clip``
         keeps it. For the undamped variant this decides the outcome, so it is part of every result.
 
+    Raises
+    ------
+    InvalidInputError
+        If a number is out of its range, or a name is none of these.
+
     Notes
     -----
     β1, β2 are uniform on [0, 1], fresh for each particle and dimension. Positions start uniform in the box,

@@ -58,6 +58,11 @@ class RunsSwarms(Protocol):
 class Swarm(AskTell):
     """An ask/tell optimizer with a compiled move.
 
+    Parameters
+    ----------
+    population, iterations, bounds, seed
+        See :class:`~selfmotion.optimizers.base.Optimizer`.
+
     Attributes
     ----------
     code : int

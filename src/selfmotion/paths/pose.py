@@ -22,7 +22,17 @@ _SAME = 1e-12
 
 
 def rotation_matrix(pose: FloatArray) -> FloatArray:
-    """Return the rotation matrices of poses (..., 7), shape (..., 3, 3); their columns are the tool's axes."""
+    """Return the rotation matrices of poses (..., 7), shape (..., 3, 3); their columns are the tool's axes.
+
+    Parameters
+    ----------
+    pose : array, shape (..., 7)
+        Position and unit quaternion (w, x, y, z).
+
+    Returns
+    -------
+    array, shape (..., 3, 3)
+    """
     return matrix(pose[..., SPACE:])
 
 
@@ -30,6 +40,17 @@ def angular_velocity(pose: FloatArray, pose_rate: FloatArray) -> FloatArray:
     """Return the angular velocities ω of poses (..., 7) with derivatives (..., 7), in the base's frame, shape (..., 3).
 
     ``(0, ω) = 2 q' ⊗ q*``; [rad] per unit of the parameter that the derivatives are with respect to.
+
+    Parameters
+    ----------
+    pose : array, shape (..., 7)
+        Position and unit quaternion (w, x, y, z).
+    pose_rate : array, shape (..., 7)
+        Its derivative.
+
+    Returns
+    -------
+    array, shape (..., 3)
     """
     return 2.0 * product(pose_rate[..., SPACE:], conjugate(pose[..., SPACE:]))[..., 1:]
 

@@ -69,7 +69,16 @@ class Compared:
 
 
 def compare_plan(plan: Plan) -> Compared:
-    """Return what a plan is compared by."""
+    """Return what a plan is compared by.
+
+    Parameters
+    ----------
+    plan : Plan
+
+    Returns
+    -------
+    Compared
+    """
     check = plan.verification
     return Compared(
         plan.planner,
@@ -108,6 +117,15 @@ def compare_rows(
     tolerances : Tolerances, optional
     seconds : float, optional
         What it took to make it.
+
+    Returns
+    -------
+    Compared
+
+    Raises
+    ------
+    InvalidInputError
+        If r and q are no motion.
     """
     problem = plan.problem
     verdict, motion = judge(problem, r, q, tolerances), measured(problem, r, q, tolerances)
@@ -129,7 +147,21 @@ def compare_rows(
 
 
 def compare_ladder(plan: Plan, values: int, tolerances: Tolerances | None = None) -> Compared:
-    """Return what the plain ladder with `values` values of u is compared by; see :func:`compare_rows`."""
+    """Return what the plain ladder with `values` values of u is compared by; see :func:`compare_rows`.
+
+    Parameters
+    ----------
+    plan : Plan
+        Of the same problem, with a bound.
+    values : int
+        Of u, per waypoint.
+    tolerances : Tolerances, optional
+
+    Returns
+    -------
+    Compared
+        Without a cost if the ladder finds no motion.
+    """
     name = f"ladder of {values}"
     try:
         found = ladder(plan.problem, values)

@@ -86,6 +86,11 @@ class Parametric(SearchingPlanner):
     slower : str
         What makes the profiles slower, as a remedy.
 
+    Raises
+    ------
+    InvalidInputError
+        If `ranking` is neither.
+
     Notes
     -----
     Every branch that the problem allows, and on which the profile's start is feasible, is searched with the

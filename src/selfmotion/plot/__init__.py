@@ -38,7 +38,16 @@ _COLUMNS = 4  # of panels, one per joint
 
 
 def plan_figure_names(arm: RedundantArm) -> list[str]:
-    """Return the names of the files that :func:`plan_figures` makes for an arm."""
+    """Return the names of the files that :func:`plan_figures` makes for an arm.
+
+    Parameters
+    ----------
+    arm : RedundantArm
+
+    Returns
+    -------
+    list of str
+    """
     names = ["joints"] if arm.dimension != PLANE else ["postures", "joints"]
     if _has_domain(arm):
         names.append("motion_in_domain")
@@ -50,6 +59,14 @@ def plan_figures(plan: Plan) -> dict[str, bytes]:
 
     Of arms in space these are the joint angles and the redundancy parameter, and the motion in the angle domain of each
     branch if that is told; no postures.
+
+    Parameters
+    ----------
+    plan : Plan
+
+    Returns
+    -------
+    dict
     """
     if plan.problem.arm.dimension != PLANE:
         return _space_figures(plan)
@@ -100,7 +117,22 @@ def _has_domain(arm: RedundantArm) -> bool:
 def motion_figures(
     name: str, problem: Problem, r: FloatArray, q: FloatArray, breaks: Sequence[Break] = ()
 ) -> dict[str, bytes]:
-    """Return postures and joints of a sampled motion side by side, its breaks marked, as file name to bytes."""
+    """Return postures and joints of a sampled motion side by side, its breaks marked, as file name to bytes.
+
+    Parameters
+    ----------
+    name : str
+        Of the files, without their endings.
+    problem : Problem
+    r : array, shape (k,)
+    q : array, shape (k, n)
+        Joint angles [rad].
+    breaks : sequence of Break
+
+    Returns
+    -------
+    dict
+    """
     with figure(width=7.0, height=3.2, columns=2) as (canvas, (left, right)):
         draw_samples(left, problem, r, q, breaks)
         draw_sampled_joints(right, problem, r, q, breaks)

@@ -88,6 +88,10 @@ def sampled_domain_figure(
         r, u and branch of a motion, each of shape (k,); drawn where it is.
     name : str
         Of the files, without their endings.
+
+    Returns
+    -------
+    dict
     """
     seen = {branch: sum(b - a for a, b in sampled.stretches(branch)) for branch in sampled.branches}
     used = set() if motion is None else set(np.unique(motion[2]).tolist())

@@ -39,7 +39,7 @@ def draw_evolution(
     optimum : float, optional
         With it, the excess over this value is drawn on a logarithmic scale.
     beside : mapping, optional
-        Further searches to compare with, as thin grey medians.
+        Further searches to compare with, of the same shapes, as thin grey medians.
     """
     for best in (beside or {}).values():
         _, middle, _ = _quartiles(best, optimum)

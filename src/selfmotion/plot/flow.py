@@ -86,7 +86,19 @@ def draw_flow(axes: Axes, optimizer: type[AskTell] | AskTell) -> None:
 
 
 def flow_height(optimizer: type[AskTell] | AskTell, width: float = COLUMN) -> float:
-    """Return the height of a figure that the flow of an optimizer fills nicely, both in inches."""
+    """Return the height of a figure that the flow of an optimizer fills nicely, both in inches.
+
+    Parameters
+    ----------
+    optimizer : AskTell
+        Or its class.
+    width : float
+        Of the figure [inch].
+
+    Returns
+    -------
+    float
+    """
     kind = optimizer if isinstance(optimizer, type) else type(optimizer)
     with figure(width=width, height=10.0) as (_, (axes,)):
         axes.set_title(kind.__name__)

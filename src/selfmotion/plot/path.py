@@ -19,7 +19,13 @@ _POSTURES = 14
 
 
 def draw_path(axes: Axes, problem: Problem) -> None:
-    """Draw the path that the tool follows, its start and end, and the limit of reach (Fig. 10a)."""
+    """Draw the path that the tool follows, its start and end, and the limit of reach (Fig. 10a).
+
+    Parameters
+    ----------
+    axes : Axes
+    problem : Problem
+    """
     x = problem.path(problem.path.grid(800))
     axes.plot(x[:, 0], x[:, 1], color=COLORS[0], linewidth=1.8, zorder=3)
     axes.plot(*x[0], "o", color=COLORS[0], markersize=4, zorder=4)
@@ -32,7 +38,14 @@ def draw_path(axes: Axes, problem: Problem) -> None:
 
 
 def draw_postures(axes: Axes, plan: Plan) -> None:
-    """Draw the arm's postures along its motion (Fig. 12b): light at the start, dark at the end."""
+    """Draw the arm's postures along its motion (Fig. 12b): light at the start, dark at the end.
+
+    Parameters
+    ----------
+    axes : Axes
+    plan : Plan
+        Of a planar arm.
+    """
     draw_path(axes, plan.problem)
     points = plan.problem.arm.joint_positions(plan(np.linspace(0, 1, _POSTURES)))
     for chain, color in zip(points, shades(_POSTURES), strict=True):

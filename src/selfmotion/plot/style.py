@@ -62,6 +62,11 @@ def figure(
         Size of the whole figure [inch].
     columns, rows : int
         Number of axes side by side, and of rows of them.
+
+    Yields
+    ------
+    canvas : matplotlib Figure
+    axes : list of Axes
     """
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -88,6 +93,10 @@ def rendered(
         As of :func:`image_files`.
     **size
         Passed on to :func:`figure`.
+
+    Returns
+    -------
+    dict
     """
     with figure(**size) as (canvas, (axes,)):  # type: ignore[arg-type]
         draw(axes, *args)
@@ -106,6 +115,10 @@ def image_files(
     data : bool
         Whether to add ``name.json``, what the figure shows as :func:`~selfmotion.plot.data.figure_data` reads it back.
     forms : sequence of {"png", "svg"}
+
+    Returns
+    -------
+    dict
     """
     files = {}
     for suffix, options in (

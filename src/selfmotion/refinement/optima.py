@@ -54,7 +54,7 @@ _NARROWEST = 3e-4
 
 @dataclass
 class Optimum:
-    """A locally shortest motion and how often starts ended in it."""
+    """A locally shortest motion and how often starts ended in it; `c` are its free coefficients, shape (k,)."""
 
     problem: Problem
     start: Start

@@ -49,7 +49,7 @@ class Moved(NamedTuple):
     Attributes
     ----------
     r, speed, acceleration : array, shape (k,)
-        Path parameter and its derivatives by time.
+        Path parameter and its derivatives by time [1/s, 1/s²].
     """
 
     r: FloatArray

@@ -77,6 +77,11 @@ class TimedTrajectory:
         The arm's, in its order; of planar arms those of their placement, ``joint1``, ``joint2``, … without one.
     frame_id : str
         The frame that the arm stands in: of arms in space the base link's, of planar ones that of their placement.
+
+    Raises
+    ------
+    InvalidInputError
+        If the rate is not positive or makes too many rows.
     """
 
     def __init__(self, plan: Plan, law: Law, limits: Limits, rate: float = 100.0) -> None:
