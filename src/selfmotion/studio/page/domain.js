@@ -32,20 +32,28 @@ export class DomainView {
     this.mark(this.#r);
   }
 
+  // Bring the panel that a motion is on into view.
+  reveal() {
+    const { motion } = this.curves ?? {};
+    const panel = motion && this.#panels.find(({ branch }) => motion.branch[0] === branch);
+    if (this.#panels.length > 4) panel?.plot.root.scrollIntoView({ block: "nearest" });
+  }
+
   mark(r) {
     this.#r = r;
     for (const panel of this.#panels) panel.mark(r);
   }
 
   #build() {
-    const names = this.domain.panels.map((panel) => `${panel.branch}/${panel.component}`).join();
+    const names = this.domain.panels.map((panel) => `${panel.branch}/${panel.component}/${panel.title}`).join() || this.domain.structure.join();
     if (names === this.names) return;
     this.names = names;
     this.place.replaceChildren();
     this.place.dataset.panels = this.domain.panels.length;
     this.#panels = this.domain.panels.map((_, number) => new Panel(this, number));
     if (!this.#panels.length) {
-      this.place.append(html("p", { class: "nothing" }, "Nothing is feasible anywhere along this path: see what blocks it above."));
+      const why = this.domain.kind === "exact" ? "Nothing is feasible anywhere along this path: see what blocks it above." : this.domain.structure.join(" ");
+      this.place.append(html("p", { class: "nothing" }, why || "Nothing is feasible anywhere along this path."));
     }
   }
 }
