@@ -224,7 +224,9 @@ class Panel {
     const { hand, motion } = this.curves;
     if (!hand || !motion || this.view.acts.drag === undefined) return;
     if (this.scene.n_u === 1 && this.scene.branches[this.branch] !== hand.branch) return;
-    const coefficients = hand.coefficients[this.component], places = placesOf(coefficients.length);
+    const coefficients = hand.coefficients[this.component];
+    if (!coefficients) return; // the panel is of an arm that was
+    const places = placesOf(coefficients.length);
     const every = Math.max(1, Math.round(places.length / 12));
     places.forEach((r, index) => {
       if (index % every && index !== places.length - 1) return;
