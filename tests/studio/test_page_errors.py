@@ -1,5 +1,7 @@
 """What is wrong with a problem is said where it is seen, and the pictures stay."""
 
+import json
+
 import browser
 import pytest
 import served
@@ -133,3 +135,57 @@ def test_a_studio_that_has_ended_is_said(contexts, tmp_path, seed):
         tab.until("document.querySelector('#verdict .chip').textContent === 'cannot be'")
         assert "the studio does not answer" in tab.verdict
         assert tab.page.locator("#domain-view path.region").count() >= 1
+
+
+def test_a_plan_that_fails_is_said_though_there_is_an_older_one(tab, seed):
+    tab.open(seed)
+    tab.plan()
+    assert tab.chip == "solved by sinusoid"
+    other = {**seed, "planner": {**seed["planner"], "optimizer": {"kind": "cma", "seed": 1}}}
+    tab.value(f"selfmotion.model.change({{problem: {json.dumps(other)}}})")
+    tab.plan()
+    tab.until("document.querySelector('#verdict .chip').textContent === 'cannot be'")
+    assert "two variables" in tab.verdict
+    tab.value(f"selfmotion.model.change({{problem: {json.dumps(seed)}}})")  # the failure was that of another question
+    tab.until("document.querySelector('#verdict .chip').textContent === 'solved by sinusoid'")
+
+
+def test_another_link_keeps_the_problem_one(tab, seed):
+    hand = {"branch": "positive", "coefficients": [[0.3] * 8]}
+    tab.open(seed, hand=hand, frequency=[0.8])
+    tab.page.get_by_text("add a link").click()
+    tab.until("selfmotion.live.scene.n === 4 && asked.looks === 0")
+    assert tab.hand is None
+    assert tab.problem["planner"]["offset"] == [*seed["planner"]["offset"], 0]
+    assert len(tab.problem["planner"]["amplitude"]) == 2
+    assert tab.value("selfmotion.live.failure") is None
+    tab.press("Control+z")
+    tab.until("selfmotion.live.scene.n === 3 && asked.looks === 0")
+    assert tab.hand == hand  # one step
+
+
+def test_an_arm_without_an_angle_domain_says_why(tab, seed):
+    tab.open(seed)
+    case = {
+        "arm": {"kind": "named", "name": "kr6r900", "rail": {"axis": [0, 1, 0], "limits": [-1.2, 1.2]}},
+        "path": {
+            "kind": "pose", "position": {"kind": "line", "start": [0.6, -0.2, 0.3], "end": [0.6, 0.2, 0.3]},
+            "orientation": [0, 1, 0, 0],
+        },
+    }  # fmt: skip
+    tab.value(f"selfmotion.model.change({{problem: {json.dumps(case)}, hand: null, frequency: null}})")
+    tab.page.locator("#domain-view .nothing").wait_for(timeout=90_000)
+    assert "the redundancy parameter of this arm is a length" in tab.page.locator("#domain-view .nothing").inner_text()
+
+
+def test_a_posture_that_does_not_reach_leaves_handles_to_drag_it_back(tab, seed):
+    tab.open(seed, frequency=[0.8])
+    tab.page.click('#arm-modes [data-mode="arm"]')
+    tab.value("selfmotion.player.seek(0.7)")
+    short = {**seed, "arm": {**seed["arm"], "links": [8, 30, 20]}}
+    tab.value(f"selfmotion.model.change({{problem: {json.dumps(short)}}})")
+    tab.until("selfmotion.live.scene.links[0] === 8 && asked.looks === 0")
+    boxes = [handle.bounding_box() for handle in tab.page.locator("#arm-view .handle").all()]
+    if tab.value("selfmotion.motion().q.some((angle) => Number.isFinite(angle))"):
+        assert len(boxes) >= 3
+    assert all(box["x"] > 0 and box["y"] > 0 for box in boxes)

@@ -57,6 +57,8 @@ def plan(
     case, planner = load_problem(problem)
     if planner is None:
         raise InvalidInputError("planner", "is missing", "add planner: {kind: sinusoid, …}", source=problem)
+    if report is not None and not report.lower().endswith((".html", ".htm")):
+        raise InvalidInputError("--report", "is no name of a page", "end it in .html", report)
     folder = None if out is None else OutputFolder(out, force)
     if folder is not None:
         from selfmotion.plot import plan_figure_names

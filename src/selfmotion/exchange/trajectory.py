@@ -14,6 +14,7 @@ from selfmotion._types import FloatArray
 from selfmotion.arms import RedundantArm
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.files import read_text
+from selfmotion.exchange.telling import is_plan_file
 from selfmotion.plans import Plan
 
 
@@ -78,13 +79,17 @@ def read_trajectory(file: str | os.PathLike[str], n: int) -> Trajectory:
     """
     source = os.fspath(file)
     try:
-        rows = [row for row in csv.reader(io.StringIO(read_text(file)), strict=True) if row]
+        text = read_text(file)
+        rows = [row for row in csv.reader(io.StringIO(text), strict=True) if row]
     except csv.Error as error:
         raise InvalidInputError("", f"is not CSV ({error})", "write comma-separated numbers", source=source) from None
     header = [name.strip() for name in rows[0]] if rows else []
     wanted = ["r", *(f"q{j + 1}" for j in range(n))]
     missing = [name for name in wanted if name not in header]
     if missing:
+        if is_plan_file(text):
+            remedy = "give its trajectory: plan --out writes trajectory.csv"
+            raise InvalidInputError("", "is a stored plan, not a trajectory", remedy, source=source)
         raise InvalidInputError(
             "row 1", f"lacks the columns {', '.join(missing)}", f"start with {','.join(wanted)}", header, source
         )

@@ -98,7 +98,12 @@ def _exact(problem: Problem) -> dict[str, Any]:
         _panel(problem, branch, found, Window.around(found), events_on(structure.events, branch))
         for branch, found in shown.items()
     ]
-    return {"kind": "exact", "panels": panels, "structure": structure_lines(structure, radii, _EVERYTHING)}
+    return {
+        "kind": "exact",
+        "panels": panels,
+        "connected": structure.is_connected,
+        "structure": structure_lines(structure, radii, _EVERYTHING),
+    }
 
 
 def _sampled(problem: Problem) -> dict[str, Any]:
@@ -184,7 +189,7 @@ def _by_component(problem: Problem, around: Around | None, settled: bool) -> dic
             "u": [float(field.u[0]), float(field.u[-1])],
             "margin": packed(field.margin, "f4"),
         }
-        title = f"u{j + 1}, direction of link {j + 3}; the others as they are"
+        title = f"u{j + 1}: direction of link {j + 3}"
         panel = _panel(problem, around.branch, shown, window, component=j, title=title, field=told)
         panel["range"] = list(panel["period"])
         panels.append(panel)

@@ -131,7 +131,18 @@ export class ArmView {
 
   #posture(r) {
     const { points, r: places } = this.motion;
-    return rowAt(places, asRows(points), r, true);
+    return rowAt(places, asRows(points), this.#nearest(r), true);
+  }
+
+  // Where there is no posture: the nearest place with one, so that the arm can still be taken hold of.
+  #nearest(r) {
+    const { points, r: places } = this.motion, rows = asRows(points), there = (k) => Number.isFinite(rows[k * rows.shape[1]]);
+    if (Number.isFinite(rowAt(places, rows, r, true)[0])) return r;
+    let best = null;
+    for (let k = 0; k < places.length; k += 1) {
+      if (there(k) && (best === null || Math.abs(places[k] - r) < Math.abs(best - r))) best = places[k];
+    }
+    return best ?? r;
   }
 
   #through(points) {
@@ -141,6 +152,7 @@ export class ArmView {
   #drawPosture() {
     if (!this.fit || !this.motion) { this.arm.replaceChildren(); return; }
     const points = this.#posture(this.r ?? 0), d = this.#through(points), joints = [];
+    if (!Number.isFinite(points[0])) { this.arm.replaceChildren(); return; }
     for (let k = 0; k < points.length / 2 - 1; k += 1) {
       joints.push(svg("circle", { class: k ? "joint" : "joint base", cx: this.#x(points[2 * k]), cy: this.#y(points[2 * k + 1]), r: k ? 5 : 7 }));
     }
@@ -215,7 +227,8 @@ export class ArmView {
     const { scene, motion } = this, made = [];
     if (!motion || !scene.links || !this.acts.link) return made;
     const points = this.#posture(this.r ?? 0), place = (k) => [points[2 * k], points[2 * k + 1]];
-    const angles = rowAt(motion.r, motion.q, this.r ?? 0);
+    if (!Number.isFinite(points[0]) || points.length !== 2 * scene.n + 2) return made;
+    const angles = rowAt(motion.r, motion.q, this.#nearest(this.r ?? 0), true);
     scene.links.forEach((length, k) => {
       const [a, b] = [place(k), place(k + 1)], half = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
       const along = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];

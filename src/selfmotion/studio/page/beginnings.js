@@ -68,6 +68,23 @@ const ARMS = {
 
 const SEARCHES = ({ kind: _, variant: _v, walls: _w, ...rest }) => rest;
 
+// A problem for another arm of the same kind: what has one number per redundant degree gets the number that is needed.
+export function adapted(problem, arm) {
+  const next = { ...problem, arm }, before = problem.arm.links?.length, now = arm.links?.length;
+  if (now === undefined || now === before) return next;
+  const degrees = now - 2 - (problem.path.direction === undefined && arm.direction === undefined ? 0 : 1);
+  for (const name of ["start", "end", "weights"]) delete next[name];
+  let planner = { ...(problem.planner ?? {}) };
+  for (const name of ["offset", "amplitude", "span"]) {
+    if (!Array.isArray(planner[name])) continue;
+    const last = planner[name].at(-1) ?? 0;
+    planner[name] = Array.from({ length: degrees }, (_, k) => planner[name][k] ?? (name === "offset" ? 0 : last));
+  }
+  if (degrees > 1 && ["global", "modules"].includes(planner.kind)) planner = { kind: "refine", seed: 0 };
+  if (planner.kind) next.planner = planner;
+  return next;
+}
+
 // Data of a kind in a section, or null where it cannot be begun here: open a file or an example for that.
 export function begin(section, kind, old, scene, start) {
   if (section === "optimizer") {

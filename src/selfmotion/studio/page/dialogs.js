@@ -63,7 +63,8 @@ export function saveDialog(state, saved) {
   const said = html("div");
   const save = async (force) => {
     try {
-      const { file } = await ask("save", { file: name.value.trim(), problem: state.problem, force });
+      const given = name.value.trim(), full = /\.\w+$/.test(given) ? given : `${given}.yaml`;
+      const { file } = await ask("save", { file: full, problem: state.problem, force });
       saved(file);
       dialog.close();
     } catch (error) {
@@ -71,7 +72,8 @@ export function saveDialog(state, saved) {
     }
   };
   name.addEventListener("keydown", (event) => { if (event.key === "Enter") save(false); });
-  show("Save the problem", html("p", {}, "In the folder that the studio was started for."), html("div", { class: "field" }, html("label", { for: "save-name" }, "file"), name),
+  const curve = state.hand ? " The curve by hand is not part of a problem file: copy the link, or export its plan." : "";
+  show("Save the problem", html("p", {}, `In the folder that the studio was started for.${curve}`), html("div", { class: "field" }, html("label", { for: "save-name" }, "file"), name),
     said, html("div", { class: "buttons" }, button("Save", () => save(false), { class: "primary" })));
 }
 
@@ -104,15 +106,17 @@ function download(name, blob) {
   setTimeout(() => URL.revokeObjectURL(address), 10000);
 }
 
+// Returns whether it is in the clipboard; if not, it is shown.
 export async function copyLink(address) {
   try {
     await navigator.clipboard.writeText(address);
-    show("Link copied", html("p", {}, "It opens this very state in this browser, while the studio runs on the same port."));
+    return true;
   } catch {
     const field = html("textarea", { readonly: true, rows: 6, "aria-label": "link" });
     field.value = address;
-    show("Link", field);
+    show("Link", html("p", {}, "It opens this very state in this browser, while the studio runs on the same port."), field);
     field.select();
+    return false;
   }
 }
 

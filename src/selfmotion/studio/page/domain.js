@@ -32,20 +32,28 @@ export class DomainView {
     this.mark(this.#r);
   }
 
+  // Bring the panel that a motion is on into view.
+  reveal() {
+    const { motion } = this.curves ?? {};
+    const panel = motion && this.#panels.find(({ branch }) => motion.branch[0] === branch);
+    if (this.#panels.length > 4) panel?.plot.root.scrollIntoView({ block: "nearest" });
+  }
+
   mark(r) {
     this.#r = r;
     for (const panel of this.#panels) panel.mark(r);
   }
 
   #build() {
-    const names = this.domain.panels.map((panel) => `${panel.branch}/${panel.component}`).join();
+    const names = this.domain.panels.map((panel) => `${panel.branch}/${panel.component}/${panel.title}`).join() || this.domain.structure.join();
     if (names === this.names) return;
     this.names = names;
     this.place.replaceChildren();
     this.place.dataset.panels = this.domain.panels.length;
     this.#panels = this.domain.panels.map((_, number) => new Panel(this, number));
     if (!this.#panels.length) {
-      this.place.append(html("p", { class: "nothing" }, "Nothing is feasible anywhere along this path: see what blocks it above."));
+      const why = this.domain.kind === "exact" ? "Nothing is feasible anywhere along this path: see what blocks it above." : this.domain.structure.join(" ");
+      this.place.append(html("p", { class: "nothing" }, why || "Nothing is feasible anywhere along this path."));
     }
   }
 }
@@ -216,7 +224,9 @@ class Panel {
     const { hand, motion } = this.curves;
     if (!hand || !motion || this.view.acts.drag === undefined) return;
     if (this.scene.n_u === 1 && this.scene.branches[this.branch] !== hand.branch) return;
-    const coefficients = hand.coefficients[this.component], places = placesOf(coefficients.length);
+    const coefficients = hand.coefficients[this.component];
+    if (!coefficients) return; // the panel is of an arm that was
+    const places = placesOf(coefficients.length);
     const every = Math.max(1, Math.round(places.length / 12));
     places.forEach((r, index) => {
       if (index % every && index !== places.length - 1) return;

@@ -117,7 +117,9 @@ export function jointTable(arm, change) {
       type: "number", step: "any", value: value ?? "", placeholder: "free", "aria-label": `${name} of joint ${k + 1}`,
       onchange: () => {
         if (input.value !== "" && !Number.isFinite(input.valueAsNumber)) return;
-        take(input.value === "" ? null : input.valueAsNumber);
+        const refused = take(input.value === "" ? null : input.valueAsNumber) ?? "";
+        input.setCustomValidity(refused);
+        if (refused) { input.reportValidity(); input.value = value; }
       },
     });
     return html("td", {}, input);
@@ -129,7 +131,7 @@ export function jointTable(arm, change) {
   });
   const rows = links.map((length, k) => html("tr", {},
     html("th", { scope: "row" }, `θ${k + 1}`),
-    number(k, "link length", length, (value) => { if (value > 0) set(k, (all) => { all[k] = value; }); }),
+    number(k, "link length", length, (value) => { if (value > 0) set(k, (all) => { all[k] = value; }); else return "a length is positive"; }),
     number(k, "lower limit", limits[k]?.[0], side(k, 0)), number(k, "upper limit", limits[k]?.[1], side(k, 1)),
   ));
   const count = html("div", { class: "buttons" },

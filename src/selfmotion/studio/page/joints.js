@@ -33,9 +33,8 @@ export class JointsView {
   mark(r) {
     this.r = r;
     this.plot.crosshair(r);
-    if (!this.motion) return;
-    const q = rowAt(this.motion.r, this.motion.q, r);
-    for (const [k, output] of [...this.legend.querySelectorAll("output")].entries()) output.textContent = shown(q[k], 4);
+    const q = this.motion && rowAt(this.motion.r, this.motion.q, r);
+    for (const [k, output] of [...this.legend.querySelectorAll("output")].entries()) output.textContent = q ? shown(q[k], 4) : "";
   }
 
   #scale() {

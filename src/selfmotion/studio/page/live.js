@@ -9,10 +9,11 @@ export class Live extends EventTarget {
   scene = null;
   domain = null;
   motion = null; // of the hand or the sinusoid
+  failure = null;
   timings = []; // from a change until what it changes is drawn [ms]
+  task = null; // that of the scene
   #wanted = null;
   #running = false;
-  #task = null;
   #domainTask = null;
   #domainStop = null;
 
@@ -34,7 +35,7 @@ export class Live extends EventTarget {
   }
 
   async #look({ state, settled, curve, around, since }) {
-    const task = taskOf(state.problem), fresh = task !== this.#task;
+    const task = taskOf(state.problem), fresh = task !== this.task;
     const quick = this.scene?.dimension === 2 && this.scene?.n_u === 1;
     const want = ["motion"];
     if (fresh) want.push("scene");
@@ -44,7 +45,7 @@ export class Live extends EventTarget {
       const first = !this.scene || (fresh && !quick);
       const asked = first ? want.filter((part) => part !== "domain") : want;
       const found = await ask("look", { ...questionOf(state, curve), want: asked, settled, around });
-      this.#task = task;
+      this.task = task;
       if (found.scene) this.scene = found.scene;
       if (found.domain) {
         this.domain = found.domain;

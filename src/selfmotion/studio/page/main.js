@@ -9,7 +9,7 @@ import { Forms } from "selfmotion/forms";
 import { hovered } from "selfmotion/hover";
 import { JointsView } from "selfmotion/joints";
 import { Live } from "selfmotion/live";
-import { Model, stateIn } from "selfmotion/model";
+import { Model, stateIn, taskOf } from "selfmotion/model";
 import { clamp, row, shown } from "selfmotion/numbers";
 import { Planning } from "selfmotion/planning";
 import { Player } from "selfmotion/player";
@@ -122,13 +122,16 @@ function showAll(settled = true) {
   if (settled) panel?.show();
   showSearch();
   if (!live.scene) return;
-  const now = shownMotion(), found = plan();
+  const stale = live.failure !== null && live.task !== taskOf(problem); // the pictures are of an earlier problem
+  document.querySelector("main").classList.toggle("stale", stale);
+  const now = shownMotion(), found = stale ? null : plan();
+  if (stale && curve === "plan") { showCurves(choices); return; }
   armFor(live.scene);
   armView.show(live.scene, now, { refit: settled });
   joints.show(live.scene, now);
   if (live.domain) {
     const rival = curve !== "plan" && found ? found.motion : null;
-    domainView.show(live.scene, live.domain, { motion: now, rival, tube: found?.tube ?? null, hand: curve === "hand" ? hand : null });
+    domainView.show(live.scene, live.domain, { motion: now, rival, tube: found?.tube ?? null, hand: curve === "hand" && hand.coefficients.length === live.scene.n_u ? hand : null });
   }
   $("#domain-view").classList.toggle("waiting", !live.domain);
   $("#reach-label").classList.toggle("away", curve !== "hand");
@@ -146,6 +149,12 @@ function showAll(settled = true) {
   player.seek(player.r);
 }
 
+async function takeInHand() {
+  const { branch } = motion();
+  await byHand.grab({ branch: branch[Math.floor(branch.length / 2)] }).catch((error) => tell("The curve cannot be taken in hand", error));
+  byHand.drop();
+}
+
 let searched = null; // the plan whose search is shown
 
 function showSearch() {
@@ -160,6 +169,9 @@ function showCurves(choices) {
   const buttons = choices.map((name) => html("button", {
     type: "button", "data-curve": name, "aria-pressed": String(name === curve), onclick: () => { curve = name; look(true); showAll(); },
   }, CURVES[name]));
+  if (!model.state.hand && motion() && live.domain?.panels.length) {
+    buttons.push(html("button", { type: "button", title: "take this curve in hand: then points on it can be moved by drags and arrow keys", onclick: takeInHand }, "take in hand"));
+  }
   if (model.state.hand) {
     buttons.push(html("button", { type: "button", title: "drop the curve by hand", "aria-label": "drop the curve by hand", onclick: () => model.change({ hand: null }) }, "✕"));
   }
@@ -168,15 +180,17 @@ function showCurves(choices) {
 
 function showVerdict() {
   const place = $("#verdict"), { problem } = model.state, now = motion();
-  const failed = planning.failure && planning.failure.task === JSON.stringify((({ planner: _, ...task }) => task)(problem)) ? planning.failure : null;
+  const failed = planning.failure?.problem === JSON.stringify(withPlanner(problem)) ? planning.failure : null;
   const blocked = live.scene?.blocked ?? [];
   let parts;
   if (live.failure) parts = failureParts(live.failure);
   else if (planning.isRunning) parts = [chip("planning", "hand"), html("p", { class: "said" }, "in a process of its own: you may go on, and cancel at any time; the first plan with a kind of arm is compiled first, up to a minute")];
-  else if (curve === "plan" && plan()) parts = planParts(plan(), live.scene);
   else if (failed) parts = failureParts(failed);
+  else if (curve === "plan" && plan()) parts = planParts(plan(), live.scene);
   else if (blocked.length && !now) parts = [chip("no motion exists", "infeasible"), html("p", { class: "said" }, blocked[0].text)];
-  else if (now) parts = curveParts(now, CURVES[curve], planning.boundFor(problem), live.scene);
+  else if (live.domain?.connected === false) {
+    parts = [chip("no motion exists", "infeasible"), html("p", { class: "said" }, live.domain.structure.at(-1))];
+  } else if (now) parts = curveParts(now, CURVES[curve], planning.boundFor(problem), live.scene);
   else parts = [chip("ready", "hand"), html("p", { class: "said" }, "Plan finds a motion; or draw one in the angle domain")];
   place.replaceChildren(...parts);
 }
@@ -226,6 +240,7 @@ planning.addEventListener("finished", ({ detail: { problem } }) => {
   const found = planning.planFor(problem);
   if (plan() === found) curve = "plan";
   showRunning();
+  domainView.reveal();
   look(true);
 });
 planning.addEventListener("failed", showRunning);
@@ -248,7 +263,11 @@ $("#undo").addEventListener("click", () => model.undo());
 $("#redo").addEventListener("click", () => model.redo());
 $("#open").addEventListener("click", () => openDialog(use));
 $("#save").addEventListener("click", () => saveDialog(model.state, (file) => model.change({ file })));
-$("#link").addEventListener("click", async () => copyLink(await model.link()));
+$("#link").addEventListener("click", async () => {
+  if (!await copyLink(await model.link())) return;
+  $("#link").textContent = "Link copied";
+  setTimeout(() => { $("#link").textContent = "Copy link"; }, 2500);
+});
 $("#export").addEventListener("click", () => exportDialog(exported(), domainPicture, live.scene?.dimension === 2));
 $("#ghosts").addEventListener("change", () => { armView.ghosts = $("#ghosts").checked; armView.redraw(); });
 $("#whole").addEventListener("change", () => { armView.wholeReach = $("#whole").checked; armView.redraw(true); });
@@ -269,13 +288,13 @@ addEventListener("keydown", (event) => {
     player.toggle();
   }
 });
-addEventListener("hashchange", () => fromLink().catch((error) => tell("This link cannot be read", error)));
+addEventListener("hashchange", () => fromLink().catch((error) => tell("This link cannot be read", damaged(error))));
 
 const withPlanner = (problem) => (problem.planner ? problem : { ...problem, planner: { kind: (scene()?.n_u ?? 1) > 1 ? "refine" : "global" } });
 
 function exported() {
   const { problem, hand } = model.state;
-  if (curve === "hand" && hand) return { problem, hand };
+  if (curve === "hand" && hand) return { problem: { ...problem, planner: undefined }, hand };
   return plan() ? { problem, plan: plan().plan } : null;
 }
 
@@ -311,6 +330,8 @@ async function fromLink() {
   return found;
 }
 
+const damaged = (error) => (error.data ? error : { data: { message: "it is damaged or cut off", remedy: "copy it again" } });
+
 const startOf = () => {
   const now = shownMotion();
   return now ? Array.from(row(now.u, 0), rounded) : Array(scene()?.n_u ?? 1).fill(0);
@@ -325,7 +346,7 @@ async function start() {
   live.addEventListener("seen", () => clearTimeout(late), { once: true });
   const file = document.querySelector('meta[name="selfmotion-file"]')?.content;
   const [schema, examples] = await Promise.all([ask("schema"), ask("examples")]);
-  const linked = await fromLink().catch((error) => { tell("This link cannot be read", error); return null; });
+  const linked = await fromLink().catch((error) => { tell("This link cannot be read", damaged(error)); return null; });
   if (!linked) {
     if (file) use({ ...(await ask("open", { file })), file });
     else use(examples[0]);

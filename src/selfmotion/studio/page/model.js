@@ -11,7 +11,9 @@ export class Model extends EventTarget {
 
   // Take over changes. While something is dragged they are not `settled`: one undo takes the whole drag back.
   change(changes, settled = true) {
+    const before = this.state.problem;
     this.state = { ...this.state, ...changes };
+    if (changes.problem && !changes.hand && shapeOf(before) !== shapeOf(changes.problem)) this.state = { ...this.state, hand: null };
     if (settled && JSON.stringify(this.state) !== JSON.stringify(this.#settled)) {
       if (this.#settled.problem) this.#past.push(this.#settled);
       this.#past.splice(0, this.#past.length - MOST_STEPS);
@@ -70,6 +72,13 @@ async function unpackedText(text) {
   const letters = atob(text.replaceAll("-", "+").replaceAll("_", "/"));
   const bytes = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));
   return new TextDecoder().decode(await through(new DecompressionStream("deflate-raw"), bytes));
+}
+
+// What a curve by hand is a curve of: with another arm it means nothing.
+function shapeOf(problem) {
+  if (!problem) return "";
+  const { kind, name, file, links } = problem.arm;
+  return JSON.stringify([kind, name, file, Array.isArray(links) ? links.length : 0, problem.path.direction !== undefined]);
 }
 
 // What a plan is a plan of: the problem but for how it is planned.

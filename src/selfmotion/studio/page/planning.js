@@ -38,7 +38,7 @@ export class Planning extends EventTarget {
       if (this.#stop !== stop) return;
       this.#stop = null;
       if (error.name === "AbortError") { this.#tell("cancelled"); return; }
-      this.failure = { ...(error.data ?? { status: "error", message: String(error), remedy: "" }), task };
+      this.failure = { ...(error.data ?? { status: "error", message: String(error), remedy: "" }), problem: JSON.stringify(problem) };
       this.#tell("failed");
     }
   }

@@ -1,6 +1,6 @@
 // The problem as forms and as text.
 
-import { begin } from "selfmotion/beginnings";
+import { adapted, begin } from "selfmotion/beginnings";
 import { jointTable } from "selfmotion/forms";
 import { taskOf } from "selfmotion/model";
 import { ask } from "selfmotion/requests";
@@ -30,7 +30,8 @@ export class ProblemPanel {
       if (data === null) return;
       if (name === "arm" && data.kind !== problem.arm.kind) { this.#changeArm(data); return; }
       const more = name === "planner" && data.kind !== problem.planner?.kind ? { frequency: data.kind === "sinusoid" ? [1] : null } : {};
-      this.model.change({ problem: { ...this.model.state.problem, [name]: data }, ...more });
+      const now = this.model.state.problem;
+      this.model.change({ problem: name === "arm" ? adapted(now, data) : { ...now, [name]: data }, ...more });
     };
     this.places.planner.replaceChildren(this.forms.section("planner", problem.planner ?? { kind: "global" }, change("planner")));
     const planar = problem.arm.kind === "planar";

@@ -105,7 +105,8 @@ export class SpaceView {
       };
       const stand = (points) => (points[0][2] > 0.01 ? [[points[0][0], points[0][1], 0], ...points] : points); // on the floor
       if (this.ghosts) for (let k = 0; k < GHOSTS; k += 1) parts.push(this.#line(posture(k / (GHOSTS - 1)), { class: "ghost" }));
-      parts.push(...this.#arm(stand(posture(this.r ?? 0))));
+      const now = posture(this.r ?? 0);
+      if (Number.isFinite(now[0][0])) parts.push(...this.#arm(stand(now)));
     }
     this.root.replaceChildren(...parts);
     const tool = this.motion && rowAt(this.motion.r, asRows(this.motion.points), this.r ?? 0, true).slice(-3);

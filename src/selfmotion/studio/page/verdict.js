@@ -20,7 +20,7 @@ export function planParts({ summary, verdict, motion }, scene) {
   const unproved = scene?.n_u === 1 ? "how far from the best possible is not known: planner global proves it" : "how far from the best possible is not known";
   const proved = summary.lower_bound !== null;
   const parts = [
-    chip(motion.holds ? "solved" : "does not hold", motion.holds ? "solved" : "error"),
+    chip(motion.holds ? `solved by ${summary.planner}` : "does not hold", motion.holds ? "solved" : "error"),
     html("p", { class: "said" }, verdict ?? (motion.holds ? unproved : motion.wrong[0]?.text ?? "")),
     figure("cost", shown(summary.cost, 9), "the objective as an integral"),
     proved ? figure("lower bound", shown(summary.lower_bound, 9), "no motion costs less") : null,
@@ -40,13 +40,14 @@ export function curveParts(motion, name, bound, scene) {
     const where = worst.r[1] > worst.r[0] ? `r from ${shown(worst.r[0], 3)} to ${shown(worst.r[1], 3)}` : `r = ${shown(worst.r[0], 3)}`;
     return [chip("not a motion", "error"), html("p", { class: "said" }, `${name}: ${worst.text} for ${where}${more}`)];
   }
-  const off = bound && motion.cost ? (motion.cost - bound.value) / bound.value : null;
+  const cost = motion.cost ?? motion.cost_sampled; // while it is dragged the sum of chords may have to do
+  const off = bound && cost ? Math.max(cost - bound.value, 0) / bound.value : null;
   const said = off === null
     ? scene.n_u === 1 ? "plan with planner global to see how far it is from the best possible" : "nothing is proved of other motions"
-    : `within ${percent(off)} of the best possible`;
+    : `at most ${percent(off)} above the best possible`;
   return [
-    chip(name, "hand"), html("p", { class: "said" }, `cost ${shown(motion.cost, 6)}, ${said}`),
-    figure("cost", shown(motion.cost, 9)), bound ? figure("lower bound", shown(bound.value, 9)) : null,
+    chip(name, "hand"), html("p", { class: "said" }, `cost ${shown(cost, 6)}, ${said}`),
+    motion.cost === null ? null : figure("cost", shown(motion.cost, 9)), bound ? figure("lower bound", shown(bound.value, 9)) : null,
     figure("chord sum", shown(motion.cost_sampled, 9)),
     motion.margin === null || motion.margin === undefined ? null : figure("nearest limit", `${shown(motion.margin, 4)} ${scene.unit}`),
   ].filter((part) => part !== null);
