@@ -11,8 +11,10 @@ import typer
 
 from selfmotion._version import __version__
 from selfmotion.commands import motions, pictures, workshop
-from selfmotion.commands.printed import complain, failure_object, json_text, say
+from selfmotion.commands.printed import complain, json_text, say
+from selfmotion.commands.study import studies
 from selfmotion.errors import InvalidInputError, SelfMotionError
+from selfmotion.failures import failure_object
 
 app = typer.Typer(
     add_completion=False,
@@ -45,6 +47,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
 }
 for _name, _command in _COMMANDS.items():
     app.command(name=_name)(_command)
+app.add_typer(studies, name="study")
 
 
 @app.command()

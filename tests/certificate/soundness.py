@@ -25,11 +25,11 @@ sys.path.append(str(Path(__file__).parents[1]))
 
 import numpy as np
 from brute_force import brute_force_connected, limit_cut_problem
-from problems import random_problem, reachable_problem
 from rivals import RIVALS
 
 import selfmotion as sm
 from selfmotion.errors import InfeasibleError, NothingFeasibleError, UndecidedError
+from selfmotion.study.random_problems import random_problem, reachable_problem
 
 ROUNDING = 1e-9
 KINDS = {"random": random_problem, "reachable": reachable_problem, "limit-cut": limit_cut_problem}

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 import soundness
 from curves import Task, chord_sum, faults
-from problems import leads_on, random_problem, reachable_problem, seed_problem
+from problems import seed_problem
 from rivals import RIVALS
 from soundness import Bound, contradictions, read, record_of, report, violations
+
+from selfmotion.study.random_problems import leads_on, random_problem, reachable_problem
 
 SAMPLE = range(25)
 # Best costs known of the paper's 3R case; three other rivals agree.

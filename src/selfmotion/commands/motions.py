@@ -24,14 +24,13 @@ from selfmotion.commands.options import (
 from selfmotion.commands.printed import (
     comparison_lines,
     complain,
-    error_object,
-    failure_object,
     json_text,
     plan_lines,
     say,
     shown_progress,
 )
 from selfmotion.errors import InvalidInputError, SelfMotionError
+from selfmotion.failures import error_object, failure_object
 
 if TYPE_CHECKING:
     from selfmotion.exchange import OutputFolder

@@ -10,8 +10,9 @@ import typer
 
 from selfmotion._version import __version__
 from selfmotion.commands.options import ForceOption, JsonOption, ProblemArgument, TrajectoryArgument, planar_only, warn
-from selfmotion.commands.printed import blocked_object, json_text, say, shown_progress
+from selfmotion.commands.printed import json_text, say, shown_progress
 from selfmotion.errors import InvalidInputError
+from selfmotion.failures import blocked_object
 
 if TYPE_CHECKING:
     from selfmotion.exchange import OutputFolder
