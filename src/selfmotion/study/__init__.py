@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from selfmotion.study.engines import Dask, Engine, InProcess, Outcome, Processes, Work
     from selfmotion.study.running import Step, run_study
-    from selfmotion.study.runs import Run
-    from selfmotion.study.specification import Study
+    from selfmotion.study.runs import Run, Study
     from selfmotion.study.store import Row, Store
     from selfmotion.study.tables import study_table
 
@@ -17,8 +16,7 @@ if TYPE_CHECKING:
 _HOME = {
     "engines": ("Dask", "Engine", "InProcess", "Outcome", "Processes", "Work"),
     "running": ("Step", "run_study"),
-    "runs": ("Run",),
-    "specification": ("Study",),
+    "runs": ("Run", "Study"),
     "store": ("Row", "Store"),
     "tables": ("study_table",),
 }

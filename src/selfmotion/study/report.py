@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from selfmotion._version import __version__
 from selfmotion.plot import draw_evolution, rendered
-from selfmotion.study.specification import Study
+from selfmotion.study.runs import Study
 from selfmotion.study.statistics import FEWEST, FOUND, Comparison, Method, compared
 from selfmotion.study.store import Store
 from selfmotion.study.tables import csv_bytes, study_status, study_table

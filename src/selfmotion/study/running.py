@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 from selfmotion.errors import InvalidInputError
 from selfmotion.study.engines import Engine, InProcess, Outcome
-from selfmotion.study.runs import Run
-from selfmotion.study.specification import Study
+from selfmotion.study.runs import Run, Study
 from selfmotion.study.store import Store, Writer
 
 

@@ -1,9 +1,10 @@
-"""A run: a task and plain data, and the identity that follows from both."""
+"""Runs, each a task and plain data with the identity that follows from both; and studies, which are lists of them."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -52,6 +53,54 @@ class Run:
         """Return what an engine needs of it."""
         more = {"folder": self.folder} if self.folder else {}
         return Work(self.id, self.task, {**self.specification, **more})
+
+
+@dataclass(frozen=True)
+class Study:
+    """A list of runs with a name.
+
+    Attributes
+    ----------
+    name : str
+    runs : tuple of Run
+        In the order in which they are begun. Two that are the same are done once.
+    text : str
+        The file's text, for the store.
+    """
+
+    name: str
+    runs: tuple[Run, ...]
+    text: str = ""
+
+    @classmethod
+    def load(cls, file: str | os.PathLike[str]) -> Study:
+        """Read a study file.
+
+        Parameters
+        ----------
+        file : path-like
+            YAML or JSON; the fields are described in docs/studies.
+
+        Returns
+        -------
+        Study
+
+        Raises
+        ------
+        InvalidInputError
+            Naming file, field, value and remedy.
+        """
+        from selfmotion.study.specification import read_study  # the forms of all parts, which runs do without
+
+        name, runs, text = read_study(file)
+        return cls(name, tuple(runs), text)
+
+    def unique(self) -> dict[str, tuple[int, Run]]:
+        """Return id to position and run, of runs that are the same the first."""
+        found: dict[str, tuple[int, Run]] = {}
+        for position, run in enumerate(self.runs):
+            found.setdefault(run.id, (position, run))
+        return found
 
 
 def canonical(data: Any) -> str:

@@ -6,7 +6,6 @@ import hashlib
 import itertools
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictInt, create_model
@@ -18,7 +17,7 @@ from selfmotion.exchange.schema import ProblemForm, build, checked, files_of, fo
 from selfmotion.exchange.yaml_text import parse_yaml
 from selfmotion.planners import PLANNERS, Planner
 from selfmotion.study.random_problems import KINDS
-from selfmotion.study.runs import Run, canonical
+from selfmotion.study.runs import Run
 
 TASK = "selfmotion.study.tasks:plan"
 MOST_RUNS = 1_000_000
@@ -91,56 +90,16 @@ class _Method(NamedTuple):
     seeded: bool
 
 
-@dataclass(frozen=True)
-class Study:
-    """A list of runs with a name.
-
-    Attributes
-    ----------
-    name : str
-    runs : tuple of Run
-        In the order in which they are begun. Two that are the same are done once.
-    text : str
-        The file's text, for the store.
-    """
-
-    name: str
-    runs: tuple[Run, ...]
-    text: str = ""
-
-    @classmethod
-    def load(cls, file: str | os.PathLike[str]) -> Study:
-        """Read a study file.
-
-        Parameters
-        ----------
-        file : path-like
-            YAML or JSON; the fields are described in docs/studies.
-
-        Returns
-        -------
-        Study
-
-        Raises
-        ------
-        InvalidInputError
-            Naming file, field, value and remedy.
-        """
-        source = os.fspath(file)
-        text = read_text(source, _LARGEST)
-        data = parse_yaml(text, source)
-        try:
-            name, runs = _expanded(data, os.path.dirname(os.path.abspath(source)))
-        except InvalidInputError as error:
-            raise error.inside(source=source) from None
-        return cls(name, tuple(runs), text)
-
-    def unique(self) -> dict[str, tuple[int, Run]]:
-        """Return id to position and run, of runs that are the same the first."""
-        found: dict[str, tuple[int, Run]] = {}
-        for position, run in enumerate(self.runs):
-            found.setdefault(run.id, (position, run))
-        return found
+def read_study(file: str | os.PathLike[str]) -> tuple[str, list[Run], str]:
+    """Return the name of a study file, its runs and its text; see :meth:`Study.load`."""
+    source = os.fspath(file)
+    text = read_text(source, _LARGEST)
+    data = parse_yaml(text, source)
+    try:
+        name, runs = _expanded(data, os.path.dirname(os.path.abspath(source)))
+    except InvalidInputError as error:
+        raise error.inside(source=source) from None
+    return name, runs, text
 
 
 def _expanded(data: Any, folder: str) -> tuple[str, list[Run]]:
@@ -307,6 +266,3 @@ def _hashes(case: _Case, method: _Method, folder: str, known: dict[str, str]) ->
 def fingerprint(file: str) -> str:
     """Return a hash of a file's contents."""
     return hashlib.sha256(read_bytes(file)).hexdigest()
-
-
-__all__ = ["MOST_RUNS", "TASK", "Run", "Study", "StudyForm", "canonical", "fingerprint"]

@@ -8,7 +8,7 @@ from collections import Counter
 from typing import Any
 
 from selfmotion.errors import MissingExtraError
-from selfmotion.study.specification import Study
+from selfmotion.study.runs import Study
 from selfmotion.study.store import Store
 
 COLUMNS = (
