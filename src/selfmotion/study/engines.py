@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
 
 _AHEAD = 2  # pieces of work per worker that are handed over: the next one waits there
+_PATIENCE = 10  # with a scheduler that does not answer [s]
 _MOST_DEATHS = 3  # of worker processes that one run may cost
 _WORKER_DIED = "its worker process ended"
 
@@ -367,7 +368,7 @@ class Dask:
         distributed = _distributed()
         if self.scheduler is not None:
             try:
-                client = distributed.Client(self.scheduler, timeout=10, set_as_default=False)
+                client = distributed.Client(self.scheduler, timeout=_PATIENCE, set_as_default=False)
             except (OSError, ValueError) as error:
                 raise self._gone(error) from None
             with client:

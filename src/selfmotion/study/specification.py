@@ -108,10 +108,11 @@ def _expanded(data: Any, folder: str) -> tuple[str, list[Run]]:
     assert isinstance(given, StudyForm)
     cases = _cases(given, folder)
     seeds = _seeds(given)
-    methods = _methods(given, folder, seeds != [None])
-    if not methods and (missing := next((case for case in cases if case.planner is None), None)):
-        reason = f"is missing, and the problem {missing.name} names none"
+    missing = next((case.name for case in cases if case.planner is None), None)
+    if not given.planners and missing is not None:
+        reason = f"is missing, and the problem {missing} names none"
         raise InvalidInputError("planners", reason, "add planners: {name: {kind: sinusoid, …}}")
+    methods = _methods(given, folder, seeds != [None])
     total = len(cases) * sum(len(seeds) if method.seeded else 1 for method in methods or [_own(cases[0])])
     if total > MOST_RUNS:
         raise InvalidInputError("", f"makes {total} runs, more than {MOST_RUNS}", "split it into several studies")
@@ -131,16 +132,20 @@ def _expanded(data: Any, folder: str) -> tuple[str, list[Run]]:
 def _cases(given: StudyForm, folder: str) -> list[_Case]:
     """Return all problems, each checked by the forms of problem files."""
     problems = given.problems
+    if not (problems.arms or problems.paths or problems.files or problems.random):
+        remedy = "give arms and paths, files, or random: {kind: …, count: …}"
+        raise InvalidInputError("problems", "names no problem", remedy)
     cases = list(_arms_by_paths(given, folder))
     for k, name in enumerate(problems.files):
-        cases.append(inside(f"problems.files.{k}", _from_file, name, folder))
+        try:
+            cases.append(_from_file(name, folder))
+        except InvalidInputError as error:
+            reason = f"{error.field}: {error.reason}" if error.field else error.reason
+            raise InvalidInputError(f"problems.files.{k}", f"{name}: {reason}", error.remedy, error.value) from None
     if problems.random is not None:
         kind = problems.random.kind
         for seed in range(problems.random.seed, problems.random.seed + problems.random.count):
             cases.append(_Case(f"{kind} {seed}", {"random": {"kind": kind, "seed": seed}}, None, ""))
-    if not cases:
-        remedy = "give arms and paths, files, or random: {kind: …, count: …}"
-        raise InvalidInputError("problems", "names no problem", remedy)
     return cases
 
 
@@ -176,10 +181,7 @@ def _from_file(name: str, folder: str) -> _Case:
     file = os.path.join(folder, name)
     data = parse_yaml(read_text(file, _LARGEST), name)
     around = os.path.dirname(file)
-    try:
-        problem_from(data, around)
-    except InvalidInputError as error:
-        raise error.inside(source=name) from None
+    problem_from(data, around)
     return _Case(name, {k: v for k, v in data.items() if k != "planner"}, data.get("planner"), around)
 
 

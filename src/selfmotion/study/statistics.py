@@ -197,7 +197,7 @@ def _medians(excess: Sequence[Mapping[str, list[float]]], references: Mapping[st
     """Return medians over the seeds, shape (problems, methods), of problems that all have done and one has solved."""
     common = [name for name in references if excess and all(of.get(name) for of in excess)]
     values = [[np.median(np.minimum(of[name], _UNSOLVED)) for of in excess] for name in common]
-    return np.array(values, dtype=float).reshape(-1, len(excess))
+    return np.array(values, dtype=float).reshape(len(common), len(excess))
 
 
 def _mean_ranks(medians: FloatArray) -> list[float]:

@@ -15,6 +15,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
+from time import time as _time
 from typing import Any, NamedTuple, Self
 
 from selfmotion._version import __version__
@@ -187,7 +188,8 @@ class Writer:
     def note(self, **known: str) -> None:
         """Keep texts about the study, such as its file's."""
         with self._told(), self._guard:
-            for key, value in known.items():
+            before = _meta(self._connection)
+            for key, value in known.items() - before.items():
                 self._connection.execute("INSERT OR REPLACE INTO meta VALUES (?, ?)", (key, value))
 
     def known(self) -> dict[str, str]:
@@ -380,6 +382,6 @@ def _digest(values: Iterable[Any]) -> str:
 def _now() -> str:
     """Return the time of day, for reading only; clocks may say anything."""
     try:
-        return datetime.now(UTC).isoformat(timespec="seconds")
+        return datetime.fromtimestamp(_time(), UTC).isoformat(timespec="seconds")
     except (OverflowError, ValueError, OSError):
         return "unknown"
