@@ -1,7 +1,5 @@
 """Lower bounds against motions found without them; and that a wrong bound, or a wrong motion, would be noticed."""
 
-import json
-
 import numpy as np
 import pytest
 import soundness
@@ -111,16 +109,31 @@ def test_a_run_goes_on_where_it_was_killed(monkeypatch, tmp_path):
         return Bound("solved", 3.0, 0.0, 2.99, 0.1)
 
     monkeypatch.setattr(soundness, "bound_of", bound)
-    file = tmp_path / "bounds.jsonl"
-    soundness.run(range(4), [], file, 1e-3, 5.0)
-    assert len(asked) == 4
-    whole = file.read_bytes()
-    file.write_bytes(whole[:-20])  # torn in the last line
+    file = tmp_path / "bounds.sqlite"
+    soundness.run(range(3), [], file, 1e-3, 5.0)
+    assert len(asked) == 3
     assert [record["seed"] for record in read(file)] == [0, 1, 2]
-    soundness.run(range(5), [], file, 1e-3, 5.0)
+    monkeypatch.setattr(soundness, "record_of", kill_on_the_second(soundness.record_of))
+    with pytest.raises(KeyboardInterrupt):
+        soundness.run(range(6), [], file, 1e-3, 5.0)
+    monkeypatch.undo()
+    monkeypatch.setattr(soundness, "bound_of", bound)
+    assert [record["seed"] for record in read(file)] == [0, 1, 2, 3]
+    soundness.run(range(6), [], file, 1e-3, 5.0)
     assert len(asked) == 6
-    assert sorted(record["seed"] for record in read(file)) == [0, 1, 2, 3, 4]
-    assert all(json.loads(line) for line in whole.splitlines())
+    assert [record["seed"] for record in read(file)] == [0, 1, 2, 3, 4, 5]
+
+
+def kill_on_the_second(function):
+    calls = []
+
+    def call(**given):
+        calls.append(given)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return function(**given)
+
+    return call
 
 
 def test_problems_follow_from_their_seed_and_are_of_every_kind():

@@ -31,6 +31,7 @@ _AHEAD = 2  # pieces of work per worker that are handed over: the next one waits
 _PATIENCE = 10  # with a scheduler that does not answer [s]
 _MOST_DEATHS = 3  # of worker processes that one run may cost
 _WORKER_DIED = "its worker process ended"
+_NO_DASHBOARD: dict[str, Any] = {"dashboard_address": "127.0.0.1:0", "scheduler_kwargs": {"dashboard": False}}
 
 
 class Work(NamedTuple):
@@ -378,7 +379,7 @@ class Dask:
         options = {"n_workers": self.workers, "threads_per_worker": 1, "processes": True, "memory_limit": 0}
         with (
             _single_threaded(),
-            distributed.LocalCluster(**options, dashboard_address=None, silence_logs=quiet) as cluster,
+            distributed.LocalCluster(**options, **_NO_DASHBOARD, silence_logs=quiet) as cluster,
             distributed.Client(cluster, set_as_default=False) as client,
         ):
             yield client

@@ -43,6 +43,7 @@ _COLUMNS = (
     "id", "position", "problem", "planner", "optimizer", "seed", "task", "specification", "status", "result", "failure",
     "history", "seconds", "version", "finished_at", "digest",
 )  # fmt: skip
+_JSON = ("specification", "result", "failure", "history")
 _INSERT = f"INSERT INTO runs ({', '.join(_COLUMNS)}) VALUES ({', '.join('?' * len(_COLUMNS))}) ON CONFLICT (id) DO "
 _AGAIN = (
     "UPDATE SET " + ", ".join(f"{name} = excluded.{name}" for name in _COLUMNS[1:]) + " WHERE runs.status = 'failed'"
@@ -65,6 +66,7 @@ class Row(NamedTuple):
     """What is stored of a run; see `Outcome`."""
 
     id: str
+    specification: dict[str, Any]
     status: str
     result: dict[str, Any] | None
     failure: dict[str, Any] | None
@@ -121,7 +123,7 @@ class Store:
             for row in _checked(connection, self.file):
                 if wanted is not None and row["id"] not in wanted:
                     continue
-                known = {name: row[name] and json.loads(row[name]) for name in ("result", "failure", "history")}
+                known = {name: row[name] and json.loads(row[name]) for name in _JSON}
                 yield Row(**{name: row[name] for name in Row._fields} | known)
 
     def study(self) -> str | None:
