@@ -21,6 +21,7 @@ RUN = (
     "many-links.md",
     "shortest.md",
     "paths-from-files.md",
+    "studies.md",
 )  # pages whose snippets and commands are run
 
 

@@ -4,9 +4,9 @@
     python tests/certificate/soundness.py run --kind limit-cut --count 300 --rivals none --out FILE.sqlite
     python tests/certificate/soundness.py report FILE.sqlite
 
-A run is a study: it keeps one row per problem, and interrupted, it goes on where it stopped. A report exits with 1 if a bound or a
-claim of infeasibility is refuted, or something failed. Limit-cut problems are sampled densely too, to see whether any
-motion passes.
+A run is a study: it keeps one row per problem, and interrupted, it goes on where it stopped. A report exits with 1 if a
+bound or a claim of infeasibility is refuted, or something failed. Limit-cut problems are sampled densely too, to see
+whether any motion passes.
 """
 
 import argparse
