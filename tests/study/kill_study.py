@@ -70,18 +70,19 @@ def killed_until_done(folder, rng, kills, engine):
     file, done, longest = Path(folder) / "study.sqlite", 0, 0.3
     command = [sys.executable, __file__, "child", str(file), engine]
     while True:
-        process = subprocess.Popen(command, start_new_session=True, stderr=subprocess.PIPE)
+        with (Path(folder) / "errors.txt").open("wb") as errors:  # no pipe, which what outlives it would keep open
+            process = subprocess.Popen(command, start_new_session=True, stderr=errors)
         began = time.monotonic()
         try:
-            _, errors = process.communicate(timeout=None if done >= kills else rng.uniform(0.0, longest))
+            process.wait(timeout=None if done >= kills else rng.uniform(0.0, longest))
         except subprocess.TimeoutExpired:
             process.kill()  # this one alone: what it started must see to itself
-            process.communicate()
+            process.wait()
             done += 1
             longest = min(longest * 1.1, 4.0)  # so that it gets on
             assert ended(process.pid), "worker processes outlived the study"
             continue
-        assert process.returncode == 0, errors.decode()
+        assert process.returncode == 0, (Path(folder) / "errors.txt").read_text()
         assert ended(process.pid)
         assert time.monotonic() - began < 120
         return done, rows(file)

@@ -83,8 +83,13 @@ def test_what_a_task_raises_or_returns_that_is_no_json_is_a_failure():
 
 @pytest.mark.parametrize("engine", [InProcess(), InProcess(2), Processes(1)], ids=["here", "threads", "processes"])
 def test_linear_algebra_has_one_thread(engine):
-    outcomes = list(engine.outcomes(run.work() for run in runs("threads", 4)))
-    assert {outcome.result for outcome in outcomes} == {'{"threads":1}'}
+    import scipy.linalg  # noqa: F401 (what is to be limited must be loaded)
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(2):
+        outcomes = list(engine.outcomes(run.work() for run in runs("threads", 4)))
+        assert {outcome.result for outcome in outcomes} == {'{"threads":1}'}
+        assert study_tasks.threads({}) == {"threads": 2}
 
 
 def test_a_worker_that_dies_once_changes_no_row(tmp_path):
@@ -96,10 +101,11 @@ def test_a_worker_that_dies_once_changes_no_row(tmp_path):
     assert found == contents(run_study(study(*some)))
 
 
-def test_a_run_that_always_kills_its_worker_fails_alone(tmp_path):
+@pytest.mark.parametrize("engine", ["processes", "dask"])
+def test_a_run_that_always_kills_its_worker_fails_alone(tmp_path, engine):
     (tmp_path / "fatal").touch()
     deadly = runs("deadly", 1, file=str(tmp_path / "fatal"), once=False)
-    store = run_study(study(*runs("number", 5), *deadly, *runs("sleeping", 3, seconds=0.01)), engine=Processes(2))
+    store = run_study(study(*runs("number", 5), *deadly, *runs("sleeping", 3, seconds=0.01)), engine=ENGINES[engine]())
     rows = {row.id: row for row in store.rows()}
     assert rows.pop(deadly[0].id).failure["message"] == "its worker process ended"
     assert len(rows) == 8

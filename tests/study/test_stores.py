@@ -66,16 +66,17 @@ def test_the_same_study_does_nothing_the_second_time(kept):
 def test_failed_runs_are_done_again_only_when_asked_for(kept, monkeypatch):
     import study_tasks
 
-    case = study(*runs("number", 6), *runs("failing", 2))
+    case = study(*runs("number", 7), *runs("failing", 2))
     monkeypatch.setattr(study_tasks, "failing", study_tasks.number)
     from selfmotion.study.engines import _task
 
     _task.cache_clear()
     steps = []
     run_study(case, kept, progress=steps.append, retry=True)
-    assert [(step.run.planner, step.run.seed, step.done) for step in steps] == [("failing", 0, 7), ("failing", 1, 8)]
+    done = [(step.run.planner, step.run.seed, step.done) for step in steps]
+    assert done == [("number", 6, 7), ("failing", 0, 8), ("failing", 1, 9)]
     assert set(kept.states().values()) == {"done"}
-    assert len(list(kept.rows())) == 8
+    assert len(list(kept.rows())) == 9
     _task.cache_clear()
 
 

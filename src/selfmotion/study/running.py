@@ -72,7 +72,8 @@ def run_study(
         states = writer.states()
         _refuse_other(study, store, writer, states)
         writer.note(name=study.name, study=study.text)
-        left = [run for _, run in unique.values() if states.get(run.id) not in ("done", None if retry else "failed")]
+        settled = {"done"} if retry else {"done", "failed"}
+        left = [run for _, run in unique.values() if states.get(run.id) not in settled]
         done = len(unique) - len(left)
         outcomes = engine.outcomes(run.work() for run in islice(left, limit))
         try:
