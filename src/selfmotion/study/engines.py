@@ -166,11 +166,12 @@ class InProcess:
                     yield outcome
             return
         pool = ThreadPoolExecutor(self.threads)
-        try:
-            for future in _as_done(lambda piece: pool.submit(perform, piece), iter(work), _AHEAD * self.threads):
-                yield future.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
+        with _one_thread:  # OpenBLAS takes it from the thread that started it, not from those of the pool
+            try:
+                for future in _as_done(lambda piece: pool.submit(perform, piece), iter(work), _AHEAD * self.threads):
+                    yield future.result()
+            finally:
+                pool.shutdown(cancel_futures=True)
 
 
 @contextmanager
@@ -340,29 +341,43 @@ class Dask:
         from uuid import uuid4
 
         distributed = _distributed()
-        left, token = iter(work), uuid4().hex[:8]
+        left = iter(work)
         with self._client() as client:
             most = _AHEAD * max(1, sum(client.nthreads().values()))
             flying: dict[str, Work] = {}
+            suspects: list[Work] = []
 
-            def handed(count: int) -> list[Any]:
-                pieces = list(islice(left, count))
-                flying.update({f"{piece.id}-{token}": piece for piece in pieces})
-                return [client.submit(perform, piece, key=f"{piece.id}-{token}", pure=False) for piece in pieces]
+            def handed(pieces: Iterable[Work]) -> list[Any]:
+                named = {f"{piece.id}-{uuid4().hex[:8]}": piece for piece in pieces}
+                flying.update(named)
+                return [client.submit(perform, piece, key=key, pure=False) for key, piece in named.items()]
 
-            done = distributed.as_completed(handed(most), loop=client.loop, raise_errors=False)
+            done = distributed.as_completed(handed(islice(left, most)), loop=client.loop, raise_errors=False)
             for future in done:
+                outcome = self._outcome(future)
                 piece = flying.pop(future.key)
-                try:
-                    outcome = future.result()
-                except distributed.scheduler.KilledWorker:
-                    outcome = _failed(piece, _WORKER_DIED)
-                except (distributed.CancelledError, OSError) as error:  # dask's CommClosedError is one
-                    raise self._gone(error) from None
-                future.release()
-                for other in handed(1):
+                for other in handed(islice(left, 1)):
                     done.add(other)
-                yield outcome
+                if outcome is None:  # it was with a worker that died, again and again, whichever run was to blame
+                    suspects.append(piece)
+                else:
+                    yield outcome
+            for piece in suspects:
+                (alone,) = handed([piece])
+                yield self._outcome(alone) or _failed(piece, _WORKER_DIED)
+
+    def _outcome(self, future: Any) -> Outcome | None:
+        """Return the outcome in a future; None if workers died of it."""
+        distributed = _distributed()
+        try:
+            outcome: Outcome = future.result()
+        except distributed.scheduler.KilledWorker:
+            return None
+        except (distributed.CancelledError, OSError) as error:  # dask's CommClosedError is one
+            raise self._gone(error) from None
+        finally:
+            future.release()
+        return outcome
 
     @contextmanager
     def _client(self) -> Iterator[Any]:
