@@ -6,7 +6,7 @@ import time
 
 import pytest
 import study_tasks
-from study_tasks import ENGINES, contents, rows_of, runs, study
+from study_tasks import ENGINES, SMALL, contents, rows_of, runs, study
 
 import selfmotion as sm
 from selfmotion.errors import InvalidInputError
@@ -18,8 +18,6 @@ from selfmotion.study.engines import Outcome, perform
 def planned(tmp_path_factory):
     """A study with searches, proofs, an infeasible problem, a failing one, and random problems; and its rows."""
     import json
-
-    from conftest import SMALL
 
     paths = {**SMALL["problems"]["paths"], "too far": {"kind": "line", "start": [50, 0], "end": [90, 0]}}
     problems = {**SMALL["problems"], "paths": paths, "random": {"kind": "reachable", "count": 2}}
