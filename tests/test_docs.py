@@ -22,6 +22,7 @@ RUN = (
     "many-links.md",
     "shortest.md",
     "paths-from-files.md",
+    "studies.md",
 )  # pages whose snippets and commands are run
 PAGES = {page.name: page.read_text("utf-8") for page in (ROOT / "docs").glob("*.md")}
 SCRIPTS = sorted(name for name, page in PAGES.items() if "```python" in page and name not in RUN)  # only Python is run

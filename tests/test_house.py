@@ -77,6 +77,7 @@ def test_the_docs_have_a_table_of_every_registry(registry, tmp_path):
 
 
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
+PROBLEMS = sorted(file for file in EXAMPLES[0].parent.glob("*.yaml") if not file.stem.startswith("study"))
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)
@@ -106,7 +107,7 @@ def is_name(node, name):
     return isinstance(node, ast.Name) and node.id == name
 
 
-@pytest.mark.parametrize("problem", sorted(EXAMPLES[0].parent.glob("*.yaml")), ids=lambda path: path.name)
+@pytest.mark.parametrize("problem", PROBLEMS, ids=lambda path: path.name)
 def test_every_example_problem_is_solved(problem):
     loaded = sm.load_problem(problem)
     assert sm.plan(loaded.problem, loaded.planner).verification.holds

@@ -78,6 +78,7 @@ if TYPE_CHECKING:
         plan,
     )
     from selfmotion.problem import Problem
+    from selfmotion.study import Study, run_study
     from selfmotion.timing import time_law
 
 _HOME = {
@@ -107,6 +108,7 @@ _HOME = {
         "distance_from_optimum", "plan",
     ),
     "problem": ("Problem",),
+    "study": ("Study", "run_study"),
     "timing": ("time_law",),
     "mending": ("repair",),
     "judgement": ("judge",),

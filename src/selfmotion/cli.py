@@ -12,7 +12,9 @@ import typer
 from selfmotion._version import __version__
 from selfmotion.commands import motions, pictures, studio, workshop
 from selfmotion.commands.printed import complain, json_text, say
+from selfmotion.commands.study import studies
 from selfmotion.errors import InvalidInputError, SelfMotionError
+from selfmotion.failures import failure_object
 
 app = typer.Typer(
     add_completion=False,
@@ -46,6 +48,7 @@ _COMMANDS: dict[str, Callable[..., None]] = {
 }
 for _name, _command in _COMMANDS.items():
     app.command(name=_name)(_command)
+app.add_typer(studies, name="study")
 
 
 @app.command()
@@ -91,8 +94,6 @@ def _run(arguments: list[str]) -> int:
 def _report_error(error: SelfMotionError, as_json: bool) -> int:
     """Print one line on stderr, and with --json the result object; return the exit code."""
     if as_json and getattr(error, "field", None) != "stdout":
-        from selfmotion.exchange.failure import failure_object
-
         say(json_text(failure_object(error)))
     complain(error)
     return error.exit_code

@@ -1,12 +1,12 @@
 """Tries to refute proved lower bounds: random problems, and rivals that look for motions below the bound.
 
-    python tests/certificate/soundness.py run --count 500 --rivals all --out FILE.jsonl
-    python tests/certificate/soundness.py run --kind limit-cut --count 300 --rivals none --out FILE.jsonl
-    python tests/certificate/soundness.py report FILE.jsonl
+    python tests/certificate/soundness.py run --count 500 --rivals all --out FILE.sqlite
+    python tests/certificate/soundness.py run --kind limit-cut --count 300 --rivals none --out FILE.sqlite
+    python tests/certificate/soundness.py report FILE.sqlite
 
-A run appends one line per problem; interrupted, it goes on where it stopped. A report exits with 1 if a bound or a
-claim of infeasibility is refuted, or something failed. Limit-cut problems are sampled densely too, to see whether any
-motion passes.
+A run is a study: it keeps one row per problem, and interrupted, it goes on where it stopped. A report exits with 1 if a
+bound or a claim of infeasibility is refuted, or something failed. Limit-cut problems are sampled densely too, to see
+whether any motion passes.
 """
 
 import argparse
@@ -16,7 +16,6 @@ import sys
 import time
 import traceback
 from collections import Counter
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,11 +24,12 @@ sys.path.append(str(Path(__file__).parents[1]))
 
 import numpy as np
 from brute_force import brute_force_connected, limit_cut_problem
-from problems import random_problem, reachable_problem
 from rivals import RIVALS
 
 import selfmotion as sm
 from selfmotion.errors import InfeasibleError, NothingFeasibleError, UndecidedError
+from selfmotion.study import InProcess, Processes, Run, Store, Study, run_study
+from selfmotion.study.random_problems import random_problem, reachable_problem
 
 ROUNDING = 1e-9
 KINDS = {"random": random_problem, "reachable": reachable_problem, "limit-cut": limit_cut_problem}
@@ -129,41 +129,31 @@ def _motions(record):
     return {name: found[:2] for name, found in record.get("rivals", {}).items() if found is not None}
 
 
+def task(specification):
+    """What a run of the study does; infinite errors are large ones, which JSON knows."""
+    record = record_of(**specification)
+    return {name: 1e300 if value == np.inf else value for name, value in record.items()}
+
+
 def read(file):
-    """The records of a file; a torn line is no record."""
-    records = []
-    if Path(file).exists():
-        for line in Path(file).read_text(encoding="utf-8", errors="replace").splitlines():
-            try:
-                record = json.loads(line)
-            except json.JSONDecodeError:
-                continue
-            if isinstance(record, dict) and "seed" in record:
-                records.append(record)
-    return records
+    """The records of a store; of a run whose process died, that it failed."""
+    return [
+        {**row.specification, "status": "failed", "error": row.failure["message"]} if row.failure else row.result
+        for row in Store(file).rows()
+    ]
 
 
 def run(seeds, rivals, file, gap, time_limit, kind="random", workers=1):
-    """Append the records of all seeds that the file does not have."""
-    known = {(record["seed"], record["kind"]) for record in read(file)}
-    jobs = [(seed, rivals, gap, time_limit, kind) for seed in seeds if (seed, kind) not in known]
+    """Store the records of all seeds that the file does not have."""
+    settings = {"rivals": list(rivals), "gap": gap, "time_limit": time_limit, "kind": kind}
+    runs = [Run("soundness:task", {"seed": seed, **settings}, f"{kind} {seed}", "global") for seed in seeds]
+
+    def told(step):
+        result = json.loads(step.outcome.result or step.outcome.failure)
+        print(f"{step.done}/{step.total} {step.run.problem}: {result.get('status', 'failed')}", file=sys.stderr)
+
     Path(file).parent.mkdir(parents=True, exist_ok=True)
-    with open(file, "ab+") as out:
-        if out.tell() and not Path(file).read_bytes().endswith(b"\n"):
-            out.write(b"\n")  # of a torn line
-        for done, record in enumerate(_records(jobs, workers), 1):
-            out.write((json.dumps(record) + "\n").encode())
-            out.flush()
-            print(f"{done}/{len(jobs)} seed {record['seed']}: {record['status']}", file=sys.stderr)
-
-
-def _records(jobs, workers):
-    if workers == 1:
-        yield from (record_of(*job) for job in jobs)
-        return
-    with ProcessPoolExecutor(workers) as pool:  # unlike a plain pool it notices when a process dies
-        for done in as_completed([pool.submit(record_of, *job) for job in jobs]):
-            yield done.result()
+    run_study(Study("soundness", tuple(runs)), Store(file), InProcess() if workers == 1 else Processes(workers), told)
 
 
 def report(records):

@@ -11,10 +11,13 @@ With `--parameters 100 --finer 1` rivals cost about as much time as the planner,
 """
 
 import argparse
+import itertools
+import json
 import os
 import sys
 import time
 import traceback
+from functools import lru_cache
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -25,6 +28,7 @@ import numpy as np
 import selfmotion as sm
 from selfmotion.arms.catalogue import CATALOGUE
 from selfmotion.errors import InfeasibleError, SelfMotionError
+from selfmotion.study import InProcess, Run
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "arms"))
 from attack_covers import ON_RAILS, TORCH, load, pose_error, settled, target, with_turns, wrap
@@ -242,6 +246,26 @@ def refined(problem, seed, seconds):
     return verified(problem, r, plan(r))
 
 
+@lru_cache
+def arm_of(name, torch):
+    return load(name, tool=TORCH if torch else None)
+
+
+def task(specification):
+    """A case as a run of a study; numbers as text, for JSON knows no infinity."""
+    given = argparse.Namespace(**specification)
+    status, cost, bound, seconds, who, best, wrong = row_of(arm_of(given.arm, given.torch), given, given.case)
+    return {"row": [status, repr(float(cost)), repr(float(bound)), seconds, who, repr(float(best)), bool(wrong)]}
+
+
+def told(outcome):
+    """The row of a case again."""
+    if outcome.failure is not None:
+        raise RuntimeError(json.loads(outcome.failure)["traceback"])
+    status, cost, bound, seconds, who, best, wrong = json.loads(outcome.result)["row"]
+    return status, float(cost), float(bound), seconds, who, float(best), wrong
+
+
 def row_of(arm, given, k):
     """One case: what is proved, and what rivals do."""
     rng = np.random.default_rng([given.seed, k])
@@ -296,12 +320,15 @@ def main(arguments=None):
     parser.add_argument("--finer", type=int, default=3, help="how often ladders are made finer")
     parser.add_argument("--seconds", type=float, default=np.inf, help="after which no more cases are begun")
     given = parser.parse_args(arguments)
-    arm, rows, began = load(given.arm, tool=TORCH if given.torch else None), [], time.perf_counter()
+    settings = {name: value for name, value in vars(given).items() if name not in ("first", "count", "seconds")}
+    rows, began = [], time.perf_counter()
     print("case status       cost     bound      gap  seconds  best rival")
-    for k in range(given.first, given.first + given.count):
-        if time.perf_counter() - began > given.seconds:
-            break
-        row = row_of(arm, given, k)
+    cases = itertools.takewhile(
+        lambda _: time.perf_counter() - began <= given.seconds, range(given.first, given.first + given.count)
+    )
+    work = (Run("soundness_spatial:task", {**settings, "case": k}).work() for k in cases)
+    for k, outcome in enumerate(InProcess().outcomes(work), given.first):
+        row = told(outcome)
         rows.append(row)
         status, cost, bound, seconds, who, best, wrong = row
         print(

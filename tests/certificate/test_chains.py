@@ -5,11 +5,11 @@ import time
 import numpy as np
 import pytest
 from brute_force import brute_force_connected, limit_cut_problem
-from problems import random_problem
 
 import selfmotion as sm
 from selfmotion.arms.planar_slabs import PlanarSlabs
 from selfmotion.certificate.chains import Chains, Ends
+from selfmotion.study.random_problems import random_problem
 
 STRIP = sm.Line([1.5, -2.5], [1.5, 2.5])
 # Unit links, all joints limited alike, along STRIP: below this limit there is no motion, above it there is one [rad].

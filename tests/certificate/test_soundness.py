@@ -1,14 +1,14 @@
 """Lower bounds against motions found without them; and that a wrong bound, or a wrong motion, would be noticed."""
 
-import json
-
 import numpy as np
 import pytest
 import soundness
 from curves import Task, chord_sum, faults
-from problems import leads_on, random_problem, reachable_problem, seed_problem
+from problems import seed_problem
 from rivals import RIVALS
 from soundness import Bound, contradictions, read, record_of, report, violations
+
+from selfmotion.study.random_problems import leads_on, random_problem, reachable_problem
 
 SAMPLE = range(25)
 # Best costs known of the paper's 3R case; three other rivals agree.
@@ -109,16 +109,31 @@ def test_a_run_goes_on_where_it_was_killed(monkeypatch, tmp_path):
         return Bound("solved", 3.0, 0.0, 2.99, 0.1)
 
     monkeypatch.setattr(soundness, "bound_of", bound)
-    file = tmp_path / "bounds.jsonl"
-    soundness.run(range(4), [], file, 1e-3, 5.0)
-    assert len(asked) == 4
-    whole = file.read_bytes()
-    file.write_bytes(whole[:-20])  # torn in the last line
+    file = tmp_path / "bounds.sqlite"
+    soundness.run(range(3), [], file, 1e-3, 5.0)
+    assert len(asked) == 3
     assert [record["seed"] for record in read(file)] == [0, 1, 2]
-    soundness.run(range(5), [], file, 1e-3, 5.0)
+    monkeypatch.setattr(soundness, "record_of", kill_on_the_second(soundness.record_of))
+    with pytest.raises(KeyboardInterrupt):
+        soundness.run(range(6), [], file, 1e-3, 5.0)
+    monkeypatch.undo()
+    monkeypatch.setattr(soundness, "bound_of", bound)
+    assert [record["seed"] for record in read(file)] == [0, 1, 2, 3]
+    soundness.run(range(6), [], file, 1e-3, 5.0)
     assert len(asked) == 6
-    assert sorted(record["seed"] for record in read(file)) == [0, 1, 2, 3, 4]
-    assert all(json.loads(line) for line in whole.splitlines())
+    assert [record["seed"] for record in read(file)] == [0, 1, 2, 3, 4, 5]
+
+
+def kill_on_the_second(function):
+    calls = []
+
+    def call(**given):
+        calls.append(given)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return function(**given)
+
+    return call
 
 
 def test_problems_follow_from_their_seed_and_are_of_every_kind():

@@ -11,10 +11,10 @@ more than 0.1 %, or a law takes 2 % longer than toppra's.
 """
 
 import argparse
+import json
 import os
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from itertools import pairwise
 
@@ -25,6 +25,7 @@ import numpy as np
 import selfmotion as sm
 from selfmotion.motion import Motion
 from selfmotion.profiles import BSplineProfile, HarmonicsProfile, ProfileCurve
+from selfmotion.study import Processes, Run
 from selfmotion.timing.law import Law, loads
 
 EXCEEDED, LONGER = 1.001, 1.02
@@ -217,6 +218,11 @@ def attack(seed):
     return {"seed": seed, "kind": kind, "worst": worst.tolist(), "ratios": ratios, "seconds": seconds}
 
 
+def task(specification):
+    """An attack as a run of a study."""
+    return attack(specification["seed"])
+
+
 def failed(row):
     ratios = [ratio for ratio in row["ratios"] if ratio is not None]
     return max(row["worst"]) > EXCEEDED or max(ratios, default=0.0) > LONGER
@@ -230,11 +236,14 @@ def main():
     given = parser.parse_args()
     seeds = range(given.seed, given.seed + given.count)
     rows = []
-    with ProcessPoolExecutor(given.workers) as pool:
-        for row in pool.map(attack, seeds):
-            rows.append(row)
-            if failed(row):
-                print("FAILED", row, flush=True)
+    work = (Run("attack_laws:task", {"seed": seed}).work() for seed in seeds)
+    for outcome in Processes(given.workers).outcomes(work):
+        if outcome.failure is not None:
+            raise RuntimeError(json.loads(outcome.failure)["traceback"])
+        rows.append(json.loads(outcome.result))
+        if failed(rows[-1]):
+            print("FAILED", rows[-1], flush=True)
+    rows.sort(key=lambda row: row["seed"])
     print(
         "largest parts of the limits; durations by those of toppra, on a spline and given the derivatives, and of how"
     )

@@ -31,6 +31,7 @@ from selfmotion.commands.printed import (
     shown_progress,
 )
 from selfmotion.errors import InvalidInputError, SelfMotionError
+from selfmotion.failures import error_object, failure_object
 
 if TYPE_CHECKING:
     from selfmotion.exchange import OutputFolder
@@ -51,7 +52,6 @@ def plan(
 ) -> None:
     """Plan a joint motion; --out writes plan.json, trajectory.csv and figures, --save the plan, --report a page."""
     from selfmotion.exchange import OutputFolder, load_problem, trajectory_csv
-    from selfmotion.exchange.failure import error_object, failure_object
     from selfmotion.exchange.files import checked_target
 
     case, planner = load_problem(problem)
@@ -156,7 +156,6 @@ def repair(
     from dataclasses import asdict
 
     from selfmotion.exchange import OutputFolder, load_problem, motion_csv, read_trajectory
-    from selfmotion.exchange.failure import failure_object
     from selfmotion.mending import repair as mend
     from selfmotion.plot import motion_figures
 

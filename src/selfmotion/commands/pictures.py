@@ -12,6 +12,7 @@ from selfmotion._version import __version__
 from selfmotion.commands.options import ForceOption, JsonOption, ProblemArgument, TrajectoryArgument, planar_only, warn
 from selfmotion.commands.printed import json_text, say, shown_progress
 from selfmotion.errors import InvalidInputError
+from selfmotion.failures import blocked_object
 
 if TYPE_CHECKING:
     from selfmotion.exchange import OutputFolder
@@ -28,7 +29,6 @@ def domain(
     from selfmotion.arms import PlanarArm
     from selfmotion.domain import AngleDomain
     from selfmotion.exchange import OutputFolder, load_problem, structure_lines, structure_object
-    from selfmotion.exchange.failure import blocked_object
     from selfmotion.plot import draw_domain, figure, image_files
 
     case, _ = load_problem(problem)
@@ -72,7 +72,6 @@ def _sampled_domain(case: Problem, source: str, folder: OutputFolder, out: str, 
     """Draw the angle domain of an arm whose structure along a path is not told."""
     from selfmotion.domain import AngleDomain, SampledDomain
     from selfmotion.exchange import sampled_lines, sampled_object
-    from selfmotion.exchange.failure import blocked_object
     from selfmotion.plot import sampled_domain_figure
 
     try:

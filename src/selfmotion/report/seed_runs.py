@@ -7,15 +7,16 @@ box from 0 to 15: at 0.54 for the 3R arm, at 0.59 for the module on the fixed ba
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
+import json
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
 from selfmotion._types import FloatArray
 from selfmotion.optimizers import Progress
 from selfmotion.report import cases, seed_3r, seed_6r
+from selfmotion.study import InProcess, Run, Step, Study, run_study
 
 CASES = {case.name: case for case in (seed_3r.CASE, seed_6r.FIXED, seed_6r.MOVING)}
 """The cases on which the optimizers are compared, by name."""
@@ -46,25 +47,14 @@ class Runs:
     evaluations: FloatArray
 
 
-class _Task(NamedTuple):
-    case: str
-    copy: str
-    label: str
-    seed: int
-
-
-class _Outcome(NamedTuple):
-    f: float
-    best: FloatArray
-    evaluations: int
-
-
-def _one(task: _Task) -> _Outcome:
-    shift = COPIES[task.copy]
+def search(specification: dict[str, Any]) -> dict[str, Any]:
+    """Do one run: a task of a study, given ``case``, ``copy``, ``label`` and ``seed``."""
+    shift = COPIES[specification["copy"]]
     low, high = cases.BOUNDS
-    optimizer = cases.optimizers(task.seed, (low - shift, high - shift))[task.label]
-    result = optimizer.minimize(CASES[task.case].candidates(shift), 1)
-    return _Outcome(float(result.x[0]) + shift, np.array(result.history.best), result.evaluations)
+    optimizer = cases.optimizers(specification["seed"], (low - shift, high - shift))[specification["label"]]
+    result = optimizer.minimize(CASES[specification["case"]].candidates(shift), 1)
+    best = [None if np.isnan(value) else value for value in result.history.best]
+    return {"f": float(result.x[0]) + shift, "best": best, "evaluations": result.evaluations}
 
 
 def many_seeds(
@@ -88,23 +78,32 @@ def many_seeds(
     dict
         Copy to label to `Runs`.
     """
-    tasks = [_Task(case, copy, label, seed + k) for copy in COPIES for label in cases.COMPARED for k in range(seeds)]
-    outcomes: list[_Outcome] = []
+    runs = [
+        Run(f"{__name__}:search", {"case": case, "copy": copy, "label": label, "seed": seed + k}, case, copy, label, k)
+        for copy in COPIES for label in cases.COMPARED for k in range(seeds)
+    ]  # fmt: skip
     least = np.inf
-    with ThreadPoolExecutor(max(1, workers)) as pool:
-        for outcome in pool.map(_one, tasks):
-            outcomes.append(outcome)
-            least = min(least, float(outcome.best[-1]))
-            if progress is not None:
-                progress(len(outcomes), len(tasks), least)
+
+    def told(step: Step) -> None:
+        nonlocal least
+        if step.outcome.failure is not None:
+            raise RuntimeError(json.loads(step.outcome.failure)["traceback"])
+        last = json.loads(step.outcome.result or "")["best"][-1]
+        least = least if last is None else min(least, last)
+        if progress is not None:
+            progress(step.done, step.total, least)
+
+    # Nothing that a report draws may be of another version's making: its runs are kept in memory only.
+    store = run_study(Study("reproduce", tuple(runs)), engine=InProcess(max(1, workers)), progress=told)
+    outcomes = {row.id: row.result for row in store.rows() if row.result is not None}
     found: dict[str, dict[str, Runs]] = {copy: {} for copy in COPIES}
-    for k in range(0, len(tasks), seeds):
-        some = outcomes[k : k + seeds]
-        best = np.array([outcome.best for outcome in some])
-        found[tasks[k].copy][tasks[k].label] = Runs(
-            np.array([outcome.f for outcome in some]),
+    for k in range(0, len(runs), seeds):
+        some = [outcomes[run.id] for run in runs[k : k + seeds]]
+        best = np.array([outcome["best"] for outcome in some], dtype=float)
+        found[runs[k].planner][runs[k].optimizer] = Runs(
+            np.array([outcome["f"] for outcome in some]),
             best[:, -1],
             best,
-            np.array([outcome.evaluations for outcome in some]),
+            np.array([outcome["evaluations"] for outcome in some]),
         )
     return found

@@ -114,7 +114,7 @@ class Worker:
 def refusal(error: Exception) -> dict[str, Any]:
     """Return an error as a page hears it: never a traceback, which goes to the terminal if the mistake is ours."""
     if isinstance(error, SelfMotionError):
-        from selfmotion.exchange.failure import blocked_object, error_object
+        from selfmotion.failures import blocked_object, error_object
 
         said = error_object(error)
         known = error if isinstance(error, InfeasibleError) else None

@@ -1,16 +1,16 @@
-"""What went wrong, as JSON has it: one form for commands, files and the studio."""
+"""What went wrong, or could not be, as plain data."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Any
 
 from selfmotion.errors import InfeasibleError, SelfMotionError
-from selfmotion.plans import result_object
 
 
 def failure_object(error: SelfMotionError) -> dict[str, Any]:
     """Return the result object of a run that ended without a motion."""
+    from selfmotion.plans import result_object
+
     found = _infeasibility(error) if isinstance(error, InfeasibleError) else {}
     return result_object(status=error.status, **found, error=error_object(error))
 
@@ -32,6 +32,8 @@ def blocked_object(part: Any) -> dict[str, Any]:
 
 def _infeasibility(error: InfeasibleError) -> dict[str, Any]:
     """Return what is known of a problem without a motion."""
+    from dataclasses import asdict
+
     found: dict[str, Any] = {"blocked": [blocked_object(part) for part in error.blocked]}
     found["needs"] = [asdict(need) for need in error.needs]
     found["proof"] = None if error.proof is None else asdict(error.proof)
@@ -41,6 +43,3 @@ def _infeasibility(error: InfeasibleError) -> dict[str, Any]:
         found["breaks"] = [{"r": part.r, "r_range": list(part.r_range), "travel": part.travel} for part in breaks]
         found["l1_travel"] = error.reconfigured.l1_travel
     return found
-
-
-__all__ = ["blocked_object", "error_object", "failure_object"]
