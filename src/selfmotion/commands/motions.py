@@ -52,13 +52,10 @@ def plan(
 ) -> None:
     """Plan a joint motion; --out writes plan.json, trajectory.csv and figures, --save the plan, --report a page."""
     from selfmotion.exchange import OutputFolder, load_problem, trajectory_csv
-    from selfmotion.exchange.files import checked_target
 
     case, planner = load_problem(problem)
     if planner is None:
         raise InvalidInputError("planner", "is missing", "add planner: {kind: sinusoid, …}", source=problem)
-    if report is not None and not report.lower().endswith((".html", ".htm")):
-        raise InvalidInputError("--report", "is no name of a page", "end it in .html", report)
     folder = None if out is None else OutputFolder(out, force)
     if folder is not None:
         from selfmotion.plot import plan_figure_names
@@ -66,7 +63,7 @@ def plan(
         names = ["plan.json", "trajectory.csv", *plan_figure_names(case.arm)]
         folder.check(names)
     stored = [] if save is None else [_target(save, force, case, problem)]
-    stored += [] if report is None else [checked_target(report, force)]
+    stored += [] if report is None else [_report_target(report, force)]
     warn(case)
     if seed is not None:
         if seed < 0:
@@ -115,6 +112,15 @@ def _target(file: str, force: bool, case: Problem, source: str) -> tuple[OutputF
     except InvalidInputError as error:
         raise error.inside(source=source) from None
     return target
+
+
+def _report_target(file: str, force: bool) -> tuple[OutputFolder, str]:
+    """Return where a page is to be written; refuse before planning what could not be."""
+    from selfmotion.exchange.files import checked_target
+
+    if not file.lower().endswith((".html", ".htm")):
+        raise InvalidInputError("--report", "is no name of a page", "end it in .html", file)
+    return checked_target(file, force)
 
 
 def _save(plan: Plan, file: str, force: bool) -> SelfMotionError | None:

@@ -297,22 +297,6 @@ def _nested(hint: Any, name: str, value: Any, folder: str) -> Any:
     return value
 
 
-def files_of(section: str, data: Any) -> list[str]:
-    """Return the names of all files that a section of a problem file is read from, as they are given there."""
-    hints = hints_of(_SECTIONS[section][data["kind"]])
-    found: list[str] = []
-    for name, value in data.items():
-        hint = hints.get(name)
-        if hint == FileName:
-            found.append(value)
-        options = (hint, *get_args(hint))
-        nested = next((part for part in options if part in _NESTED), None) if value is not None else None
-        if nested is not None:
-            for item in value if isinstance(value, list) else [value]:
-                found += files_of(_NESTED[nested], item)
-    return found
-
-
 def inside(field: str, function: Any, *args: Any, **kwargs: Any) -> Any:
     """Call `function`; an InvalidInputError comes out with `field` before its own."""
     try:

@@ -12,8 +12,9 @@ from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictInt, create
 
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.files import read_bytes, read_text
+from selfmotion.exchange.named_files import named_files
 from selfmotion.exchange.problem_file import problem_from
-from selfmotion.exchange.schema import ProblemForm, build, checked, files_of, form, inside
+from selfmotion.exchange.schema import ProblemForm, build, checked, form, inside
 from selfmotion.exchange.yaml_text import parse_yaml
 from selfmotion.planners import PLANNERS, Planner
 from selfmotion.study.random_problems import KINDS
@@ -255,7 +256,7 @@ def _refuse_seed(field: str, data: dict[str, Any], seeded: bool) -> None:
 
 def _hashes(case: _Case, method: _Method, folder: str, known: dict[str, str]) -> dict[str, Any]:
     """Return what identifies the files that a problem and its planner are read from besides their own."""
-    names = [name for part in ("arm", "path") if part in case.data for name in files_of(part, case.data[part])]
+    names = [name for field, name in named_files(case.data) if not field.startswith("planner")]
     found = {}
     for name in names:
         file = os.path.join(case.folder, name)
