@@ -83,6 +83,11 @@ class Store:
     ----------
     file : path-like, optional
         Made when something is written; without it all is kept in memory, as long as this object.
+
+    Raises
+    ------
+    InvalidInputError
+        If that is no name of a file.
     """
 
     def __init__(self, file: str | os.PathLike[str] | None = None) -> None:

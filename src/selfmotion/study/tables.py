@@ -30,6 +30,10 @@ def study_table(study: Study, store: Store, histories: bool = False) -> list[dic
     histories : bool
         Whether to add ``history``, the best cost so far of each search, and ``parameters``.
 
+    Returns
+    -------
+    list of dict
+
     Raises
     ------
     InvalidInputError
