@@ -26,42 +26,56 @@ export class Live extends EventTarget {
 
   async #run() {
     this.#running = true;
-    while (this.#wanted) {
-      const now = this.#wanted;
-      this.#wanted = null;
-      await this.#look(now);
+    let asked = this.#begin();
+    while (asked) {
+      const answer = await asked;
+      // What is newer is asked for before this is drawn: the library works while the page does.
+      asked = this.#wanted ? this.#begin() : null;
+      this.#take(answer);
+      asked ??= this.#wanted ? this.#begin() : null;
     }
     this.#running = false;
   }
 
-  async #look({ state, settled, curve, around, since }) {
-    const task = taskOf(state.problem), fresh = task !== this.task;
-    const quick = this.scene?.dimension === 2 && this.scene?.n_u === 1;
-    const want = ["motion"];
-    if (fresh) want.push("scene");
-    if (fresh && (quick || !this.scene)) want.push("domain");
+  // Ask for what is wanted; that it is refused is an answer too.
+  async #begin() {
+    const now = this.#wanted, task = taskOf(now.state.problem), fresh = task !== this.task;
+    this.#wanted = null;
+    const quick = this.scene?.dimension === 2 && this.scene?.n_u === 1; // of the first problem nobody knows yet
+    const want = ["motion", ...(fresh ? ["scene"] : []), ...(fresh && quick ? ["domain"] : [])];
+    const { state, settled, curve, around } = now;
     try {
-      // Of the first problem nobody knows yet whether its domain is quick: ask for the scene alone.
-      const first = !this.scene || (fresh && !quick);
-      const asked = first ? want.filter((part) => part !== "domain") : want;
-      const found = await ask("look", { ...questionOf(state, curve), want: asked, settled, around });
-      this.task = task;
-      if (found.scene) this.scene = found.scene;
-      if (found.domain) {
-        this.domain = found.domain;
-        this.#domainTask = task;
-      }
-      this.motion = found.motion ?? null;
-      this.failure = null;
-      this.dispatchEvent(new CustomEvent("seen", { detail: { settled } }));
-      this.timings.push(performance.now() - since);
-      if (this.timings.length > MEASURED) this.timings.shift();
-      if (this.#domainTask !== task || (settled && this.domain?.kind === "component")) this.#lookAtDomain(state, curve, task, around);
+      return { ...now, task, found: await ask("look", { ...questionOf(state, curve), want, settled, around }) };
     } catch (error) {
-      if (error.name === "AbortError") return;
-      this.failure = error.data ?? { message: String(error), remedy: "" };
-      this.dispatchEvent(new CustomEvent("seen", { detail: { settled } }));
+      return { ...now, task, error };
     }
+  }
+
+  #take({ state, settled, curve, around, since, task, found, error }) {
+    if (error) {
+      this.#refused(error, settled);
+      return;
+    }
+    this.task = task;
+    if (found.scene) this.scene = found.scene;
+    if (found.domain) {
+      this.domain = found.domain;
+      this.#domainTask = task;
+    }
+    this.motion = found.motion ?? null;
+    this.failure = null;
+    this.#tell(settled);
+    this.timings.push(performance.now() - since);
+    if (this.timings.length > MEASURED) this.timings.shift();
+    if (this.#domainTask !== task || (settled && this.domain?.kind === "component")) this.#lookAtDomain(state, curve, task, around);
+  }
+
+  #tell(settled) { this.dispatchEvent(new CustomEvent("seen", { detail: { settled } })); }
+
+  #refused(error, settled) {
+    if (error.name === "AbortError") return;
+    this.failure = error.data ?? { message: String(error), remedy: "" };
+    this.#tell(settled);
   }
 
   // The domains of arms in space and of many links take longer: they come when they come, unless something newer is asked.
@@ -70,17 +84,15 @@ export class Live extends EventTarget {
     const stop = (this.#domainStop = new AbortController());
     if (this.#domainTask !== task) {
       this.domain = null;
-      this.dispatchEvent(new CustomEvent("seen", { detail: { settled: true } }));
+      this.#tell(true);
     }
     try {
       const found = await ask("look", { ...questionOf(state, curve), want: ["domain"], settled: true, around }, { signal: stop.signal });
       this.domain = found.domain;
       this.#domainTask = task;
-      this.dispatchEvent(new CustomEvent("seen", { detail: { settled: true } }));
+      this.#tell(true);
     } catch (error) {
-      if (error.name === "AbortError") return;
-      this.failure = error.data ?? { message: String(error), remedy: "" };
-      this.dispatchEvent(new CustomEvent("seen", { detail: { settled: true } }));
+      this.#refused(error, true);
     }
   }
 }
