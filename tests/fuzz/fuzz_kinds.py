@@ -17,7 +17,7 @@ import numpy as np
 import fuzz_samples as samples
 import selfmotion as sm
 from fuzz_mutations import altered, mutated
-from selfmotion.exchange import load_waypoints, plan_file, read_dxf, read_gcode, read_svg, read_trajectory
+from selfmotion.exchange import load_waypoints, read_dxf, read_gcode, read_svg, read_trajectory
 from selfmotion.exchange.drawings import read_drawing
 from selfmotion.exchange.timed_file import FORMS
 
@@ -128,12 +128,9 @@ def _yaml(dice, data):
 
 
 def _checksummed(dice, data):
-    """Return the text of a plan file, its checksum right again, so that what is in it is read."""
+    """Return the text of a plan file, as a rule with its checksum right again, so that what is in it is read."""
     try:
-        if isinstance(data, dict) and dice.randrange(20):
-            data = {key: value for key, value in data.items() if key != "checksum"}
-            data["checksum"] = plan_file._checksum(data)
-        return json.dumps(data).encode()
+        return (samples.checksummed(data) if isinstance(data, dict) and dice.randrange(20) else json.dumps(data)).encode()
     except (RecursionError, TypeError):
         return b"[" * 5000
 

@@ -276,7 +276,7 @@ def _table(field: str, rows: Any, shape: tuple[int, ...]) -> FloatArray:
     """Return numbers as an array of the given shape."""
     try:
         found = np.array(rows, dtype=float)
-    except ValueError:
+    except (TypeError, ValueError, OverflowError):
         found = np.empty(0)
     if found.shape != shape:
         raise InvalidInputError(field, f"is not an array of shape {shape}", _DAMAGED)
