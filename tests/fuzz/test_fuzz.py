@@ -55,6 +55,21 @@ def test_what_was_found_stays_mended(file, folder):
     assert judged(Case(file.parent.name, file.read_bytes(), file.suffix, given), folder) is None
 
 
+LONG = {
+    "yaml of megabytes": ("problem", ".yaml", b"{a: [" + b"1, " * 430_000 + b"1]}"),
+    "yaml of megabytes, nested": ("problem", ".yaml", b"a:\n" + b"- [[[[1], 2]]]\n" * 100_000),
+    "json of megabytes": ("problem", ".json", b'{"a": [' + b"1, " * 430_000 + b"1]}"),
+    "a file without end": ("problem", ".json", b'{"arm": {"kind": "planar", "links": [3, 3, 2]}, "path": {"kind": "file", '
+                           b'"file": "/dev/zero"}}'),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_what_is_long_is_read_or_refused_soon(name, folder):
+    kind, suffix, data = LONG[name]
+    assert judged(Case(kind, data, suffix), folder) is None
+
+
 def reading(function, monkeypatch):
     monkeypatch.setitem(KINDS, "broken", Kind(None, lambda file, _: function(file)))
     return Case("broken", b"x", ".txt")

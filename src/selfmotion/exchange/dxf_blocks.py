@@ -9,7 +9,7 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.ledger import Ledger
 
 _DEEPEST = 50
-_MOST_INSERTS = 100_000
+_MOST_INSERTS = 20_000
 
 
 class Blocks:
@@ -56,6 +56,8 @@ class Blocks:
         name = str(_said(insert, "name", ""))
         if not name or insert.block() is None:
             raise wrong(insert, f"inserts the block {name!r}, which is not in the file", "insert or export it again")
+        if insert.mcount > _MOST_INSERTS - self._inserts:
+            raise wrong(insert, "inserts itself, or too many others", "correct its rows and columns")
         if insert.mcount > 1:
             yield from self._seen(_copies(insert), layer, depth + 1)
             return
