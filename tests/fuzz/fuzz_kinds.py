@@ -12,11 +12,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 import fuzz_samples as samples
-import selfmotion as sm
+import numpy as np
 from fuzz_mutations import altered, mutated
+
+import selfmotion as sm
 from selfmotion.exchange import load_waypoints, read_dxf, read_gcode, read_svg, read_trajectory
 from selfmotion.exchange.drawings import read_drawing
 from selfmotion.exchange.timed_file import FORMS
@@ -130,7 +130,9 @@ def _yaml(dice, data):
 def _checksummed(dice, data):
     """Return the text of a plan file, as a rule with its checksum right again, so that what is in it is read."""
     try:
-        return (samples.checksummed(data) if isinstance(data, dict) and dice.randrange(20) else json.dumps(data)).encode()
+        return (
+            samples.checksummed(data) if isinstance(data, dict) and dice.randrange(20) else json.dumps(data)
+        ).encode()
     except (RecursionError, TypeError):
         return b"[" * 5000
 

@@ -112,7 +112,9 @@ def _nudged(dice, data, place, others):
     place = dice.choice(numbers)
     value = part(data, place)
     try:
-        changed = dice.choice([-value, value * 1e-9, value * 1e9, value + 1, value * 1e-200, value * (1 + 1e-15), 2 * value])
+        changed = dice.choice(
+            [-value, value * 1e-9, value * 1e9, value + 1, value * 1e-200, value * (1 + 1e-15), 2 * value]
+        )
         return _put(data, place, type(value)(changed) if dice.randrange(2) else changed)
     except (OverflowError, ValueError):
         return data
@@ -123,7 +125,9 @@ def _repeated(dice, data, place, others):
     value = part(data, place)
     if isinstance(value, list) and value:
         times = dice.choice([2, 2, 10, LONGEST // len(value)])
-        return _put(data, place, (value * max(1, times))[:LONGEST] if dice.randrange(2) else [*value, dice.choice(value)])
+        return _put(
+            data, place, (value * max(1, times))[:LONGEST] if dice.randrange(2) else [*value, dice.choice(value)]
+        )
     return data
 
 
@@ -181,10 +185,25 @@ def _by_byte(dice, data, others):
     end = min(end, at + 1 + dice.randrange(40))
     other = dice.choice([data, *others])
     start = dice.randrange(len(other) + 1)
-    junk = [b"", b"\0", b"\xff", b"\xef\xbb\xbf", b"\x80", b"\n", b"\r", bytes([dice.randrange(256)]), b"(" * 300, b"<g>" * 250]
+    junk = [
+        b"",
+        b"\0",
+        b"\xff",
+        b"\xef\xbb\xbf",
+        b"\x80",
+        b"\n",
+        b"\r",
+        bytes([dice.randrange(256)]),
+        b"(" * 300,
+        b"<g>" * 250,
+    ]
     if not dice.randrange(12):
         return data[:at]
-    change = [junk[dice.randrange(len(junk))], other[start : start + dice.randrange(200)], data[at:end] * dice.choice([2, 2, 30])]
+    change = [
+        junk[dice.randrange(len(junk))],
+        other[start : start + dice.randrange(200)],
+        data[at:end] * dice.choice([2, 2, 30]),
+    ]
     return data[:at] + change[dice.randrange(3)] + data[end:]
 
 

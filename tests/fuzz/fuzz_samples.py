@@ -47,7 +47,11 @@ SPACE_PATHS = [
     {"kind": "pose", "position": SPACE_LINE, "orientation": [0, 1, 0, 0]},
     {"kind": "pose", "position": SPACE_LINE, "orientations": [[1, 0, 0, 0], [0, 1, 0, 0]], "at": [0, 1]},
     {"kind": "pose", "position": SPACE_LINE, "follow": {"axis": "x", "up": [0, 0, -1]}},
-    {"kind": "pose_waypoints", "poses": [[0.4, 0, 0.3, 1, 0, 0, 0], [0.4, 0.1, 0.3, 0, 1, 0, 0]], "parameter": "length"},
+    {
+        "kind": "pose_waypoints",
+        "poses": [[0.4, 0, 0.3, 1, 0, 0, 0], [0.4, 0.1, 0.3, 0, 1, 0, 0]],
+        "parameter": "length",
+    },
     {
         "kind": "placed",
         "path": {"kind": "pose", "position": SPACE_LINE, "orientation": [[1, 0, 0], [0, -1, 0], [0, 0, -1]]},
@@ -124,10 +128,12 @@ _SPLINE = (
     + "".join(f"40\n{k}\n" for k in (0, 0, 0, 0, 1, 1, 1, 1))
     + "".join(f"10\n{x}\n20\n{y}\n30\n0\n" for x, y in ((0, 0), (1, 2), (3, 2), (4, 0)))
 )
-_ELLIPSE = (
-    "0\nELLIPSE\n100\nAcDbEntity\n8\n0\n100\nAcDbEllipse\n10\n0\n20\n0\n30\n0\n11\n4\n21\n0\n31\n0\n40\n0.5\n41\n0\n42\n3\n"
+_ELLIPSE = "0\nELLIPSE\n100\nAcDbEntity\n8\n0\n100\nAcDbEllipse\n10\n0\n20\n0\n30\n0\n11\n4\n21\n0\n31\n0\n40\n0.5\n41\n0\n42\n3\n"
+_BLOCK = (
+    "0\nBLOCK\n8\n0\n2\nB\n70\n0\n10\n0\n20\n0\n30\n0\n3\nB\n"
+    + _tags("LINE", c10=0, c20=0, c11=5, c21=5)
+    + "0\nENDBLK\n8\n0\n"
 )
-_BLOCK = "0\nBLOCK\n8\n0\n2\nB\n70\n0\n10\n0\n20\n0\n30\n0\n3\nB\n" + _tags("LINE", c10=0, c20=0, c11=5, c21=5) + "0\nENDBLK\n8\n0\n"
 DXF = [
     (EXAMPLES / "drawings/bracket.dxf").read_bytes(),
     _dxf(_POLY, _tags("CIRCLE", c10=5, c20=5, c40=2), version="AC1015"),
@@ -142,13 +148,17 @@ GCODE = [
 ]
 CSV = [
     b"x,y\n50,0\n60,0\n60,5\n",
-    b'r;x;y;z;qx;qy;qz;qw\n0;0.4;0;0.3;0;0;0;1 # comment\n1;0.4;0.1;0.3;1;0;0;0\n',
+    b"r;x;y;z;qx;qy;qz;qw\n0;0.4;0;0.3;0;0;0;1 # comment\n1;0.4;0.1;0.3;1;0;0;0\n",
     b'"x"\t"y"\t"z"\n1\t2\t3\n4\t5\t6e-1\n',
 ]
 POINTS_JSON = [
     [[0, 0], [1, 1], [2, 0]],
     [{"x": 0, "y": 0, "z": 1}, {"x": 1, "y": 1, "z": 1}],
-    {"unit": "mm", "columns": ["x", "y", "z", "qx", "qy", "qz", "qw"], "points": [[1, 2, 3, 0, 0, 0, 1], [2, 2, 3, 0, 0, 1, 0]]},
+    {
+        "unit": "mm",
+        "columns": ["x", "y", "z", "qx", "qy", "qz", "qw"],
+        "points": [[1, 2, 3, 0, 0, 0, 1], [2, 2, 3, 0, 0, 1, 0]],
+    },
 ]
 MOTION_CSV = [b"r,q1,q2,q3,u1\n0,0.1,0.2,0.3,0.5\n0.5,0.2,0.2,0.3,0.5\n1,0.3,0.2,0.3,0.5\n"]
 URDFS = [

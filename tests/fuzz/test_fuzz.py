@@ -5,13 +5,12 @@ import random
 import signal
 from pathlib import Path
 
-import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
-
 import fuzz_kinds
 import fuzz_samples
+import pytest
 from fuzz_kinds import KINDS, Case, Kind, judged
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 FOUND = sorted(file for file in (Path(__file__).parent / "found").rglob("*.*") if file.suffix != ".options")
 COUNT = 120
