@@ -98,7 +98,7 @@ ARMS = st.builds(sm.PlanarArm, EQUAL, st.tuples(LIMITS, LIMITS, LIMITS))
 
 
 def paths(draw, arm):
-    """A path through an awkward place of an arm: its base, a radius where feasibility changes, a cusp, knots at odds."""
+    """A path through an awkward place of an arm: its base, a radius where feasibility changes, a cusp."""
     l1, l2, l3 = arm.links
     awkward = [0.0, l3, abs(l1 - l2), l1 + l2, *(abs(a * l1 + b * l2 + l3) for a in (1, -1) for b in (1, -1))]
     radius = draw(st.sampled_from(awkward))
@@ -150,14 +150,14 @@ def test_a_plan_on_degenerate_geometry_holds_or_says_why_not(case):
         asked = sm.Problem(arm, path, samples=50)
         plan = sm.plan(asked, sm.Global(gap=0.5, time_limit=0.3))
     except sm.InfeasibleError as error:
-        assert error.blocked or error.needs or error.proof is not None
-        return
+        explained = bool(error.blocked or error.needs or error.proof)
     except sm.SelfMotionError as error:
-        assert error.remedy
-        return
-    assert plan.verification.holds
-    assert plan.lower_bound <= plan.cost * (1 + 1e-12)
-    assert np.abs(arm.forward(plan(R)) - path(R)).max() <= 1e-9 * arm.reach
+        explained = bool(error.remedy)
+    else:
+        explained = plan.verification.holds
+        assert plan.lower_bound <= plan.cost * (1 + 1e-12)
+        assert np.abs(arm.forward(plan(R)) - path(R)).max() <= 1e-9 * arm.reach
+    assert explained
 
 
 # Orders, threads and processes

@@ -1,8 +1,10 @@
-"""The long run: ``python tests/fuzz/fuzz.py --count 20000 --seed 1 [--kind svg …] [--guided]``.
+"""The long run.
 
-Reads mutated inputs of every kind and prints what breaks the law of `fuzz_kinds`, each finding once by its kind of error
-and place, with the input kept in `--keep`. ``--guided`` lets atheris choose, by which lines of the readers an input
-reaches (``pip install atheris``; Python 3.11 and Linux): it takes one kind, and its corpus from `--keep`.
+``python tests/fuzz/fuzz.py --count 20000 --seed 1 [--kind svg …] [--guided]``.
+
+Reads mutated inputs of every kind and prints what breaks the law of `fuzz_kinds`, each finding once by its kind of
+error and place, with the input kept in `--keep`. ``--guided`` lets atheris choose, by which lines of the readers an
+input reaches (``pip install atheris``; Python 3.11 and Linux): it takes one kind, and its corpus from `--keep`.
 A finding that is mended goes to ``tests/fuzz/found``, where the tests replay it.
 """
 

@@ -16,13 +16,15 @@ NUMBERS = [
     6.283185307179586, 1.5707963267948966, 2**31, 2**53 + 1, 2**63, 2**64, -(2**63), 10**30, 10**400,
 ]  # fmt: skip
 AWKWARD = [
-    None, True, False, "", "0", "1e3", "nan", "x", "\0", "\ud800", "é\u0301", "経路", "\u202e", "🦾" * 50, "a" * 5000, "\n",
+    None, True, False, "", "0", "1e3", "nan", "x", "\0", "\ud800", "é\u0301", "経路", "\u202e",
+    "🦾" * 50, "a" * 5000, "\n",
     "..", "/", "/dev/zero", "points.csv", "letter.svg", "arm.urdf", [], {}, [[]], [{}], {"": None}, {"kind": "line"},
     {"kind": None}, {"float": "inf"}, {"float": "nan"}, {"float": 1},
 ]  # fmt: skip
 TEXT_NUMBERS = [
-    "0", "-0", "1e-320", "1e308", "1e309", "-1e400", "nan", "inf", "1e100", "1e99", "1e-99", "1e16", "99999999999999999999",
-    "9" * 400, "9" * 5000, "1.2.3", "--1", "1e", "1e-9", "1e9", "0x10", "1_000", "١", "-1", "2", "360", "90",
+    "0", "-0", "1e-320", "1e308", "1e309", "-1e400", "nan", "inf", "1e100", "1e99", "1e-99", "1e16",
+    "99999999999999999999",
+       "9" * 400, "9" * 5000, "1.2.3", "--1", "1e", "1e-9", "1e9", "0x10", "1_000", "١", "-1", "2", "360", "90",
 ]  # fmt: skip
 PLAIN_NUMBERS = [
     "0", "1", "-1", "2", "3", "4", "5", "0.5", "-0.001", "90", "180", "360", "-360", "10000", "1000000", "0.000000001",
@@ -174,7 +176,7 @@ _CHANGES = [
 
 
 def altered(dice, data, others=(), tokens=True):
-    """Return bytes with one to six places of them made wrong, mostly by their tokens where `tokens` and they are text."""
+    """Return bytes with one to six places of them made wrong, mostly by tokens where `tokens` and they are text."""
     for _ in range(1 + min(dice.randrange(6), dice.randrange(6), dice.randrange(6))):
         data = _by_token(dice, data, others) if tokens and dice.randrange(8) else _by_byte(dice, data, others)
     return data[:400_000]

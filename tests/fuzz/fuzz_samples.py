@@ -122,13 +122,13 @@ def _tags(name, **values):
     return f"0\n{name}\n8\n0\n" + "".join(f"{code[1:]}\n{value}\n" for code, value in values.items())
 
 
-_POLY = "0\nLWPOLYLINE\n100\nAcDbEntity\n8\n0\n100\nAcDbPolyline\n90\n3\n70\n1\n10\n0\n20\n0\n42\n0.5\n10\n9\n20\n0\n10\n9\n20\n9\n"
+_POLY = "0\nLWPOLYLINE\n100\nAcDbEntity\n8\n0\n100\nAcDbPolyline\n90\n3\n70\n1\n10\n0\n20\n0\n42\n0.5\n10\n9\n20\n0\n10\n9\n20\n9\n"  # noqa: E501
 _SPLINE = (
     "0\nSPLINE\n100\nAcDbEntity\n8\n0\n100\nAcDbSpline\n70\n8\n71\n3\n72\n8\n73\n4\n74\n0\n"
     + "".join(f"40\n{k}\n" for k in (0, 0, 0, 0, 1, 1, 1, 1))
     + "".join(f"10\n{x}\n20\n{y}\n30\n0\n" for x, y in ((0, 0), (1, 2), (3, 2), (4, 0)))
 )
-_ELLIPSE = "0\nELLIPSE\n100\nAcDbEntity\n8\n0\n100\nAcDbEllipse\n10\n0\n20\n0\n30\n0\n11\n4\n21\n0\n31\n0\n40\n0.5\n41\n0\n42\n3\n"
+_ELLIPSE = "0\nELLIPSE\n100\nAcDbEntity\n8\n0\n100\nAcDbEllipse\n10\n0\n20\n0\n30\n0\n11\n4\n21\n0\n31\n0\n40\n0.5\n41\n0\n42\n3\n"  # noqa: E501
 _BLOCK = (
     "0\nBLOCK\n8\n0\n2\nB\n70\n0\n10\n0\n20\n0\n30\n0\n3\nB\n"
     + _tags("LINE", c10=0, c20=0, c11=5, c21=5)
@@ -143,7 +143,7 @@ DXF = [
 ]
 GCODE = [
     (EXAMPLES / "drawings/pocket.nc").read_bytes(),
-    b"G21 G90 G17\nG0 X0 Y0 Z1\nG1 Z-1 F100\nG2 X10 Y0 I5 J0\nG3 X0 Y0 R5\nG18 G2 X4 Z-1 I2 K0\nG17\nG91 G1 X1 Y1\nM30\n",
+    b"G21 G90 G17\nG0 X0 Y0 Z1\nG1 Z-1 F100\nG2 X10 Y0 I5 J0\nG3 X0 Y0 R5\nG18 G2 X4 Z-1 I2 K0\nG17\nG91 G1 X1 Y1\nM30\n",  # noqa: E501
     b"; comment\nG20 G90.1\nT1 M6\nG54\nG0 X0 Y0\nG1 X1 Y1\nG4 P1\nG2 X3 Y1 I2 J1\nG91.1 G61\nG1 X1.5 F5. S3\nM9 M2\n",
 ]
 CSV = [

@@ -54,13 +54,14 @@ def test_what_was_found_stays_mended(file, folder):
     assert judged(Case(file.parent.name, file.read_bytes(), file.suffix, given), folder) is None
 
 
+ARM = b'{"arm": {"kind": "planar", "links": [3, 3, 2]}, "path": '
 LONG = {
     "yaml of megabytes": ("problem", ".yaml", b"{a: [" + b"1, " * 430_000 + b"1]}"),
-    "yaml of megabytes, nested": ("problem", ".yaml", b"a:\n" + b"- [[[[1], 2]]]\n" * 100_000),
+    "yaml of megabytes, by lines": ("problem", ".yaml", b"a:\n" + b"- [[[[1], 2]]]\n" * 100_000),
+    "yaml of brackets": ("problem", ".yaml", b"a: [" + (b"[" * 300 + b"]" * 300 + b", ") * 600 + b"1]"),
     "json of megabytes": ("problem", ".json", b'{"a": [' + b"1, " * 430_000 + b"1]}"),
-    "a file without end": ("problem", ".json", b'{"arm": {"kind": "planar", "links": [3, 3, 2]}, "path": {"kind": "file", '
-                           b'"file": "/dev/zero"}}'),
-}  # fmt: skip
+    "a file without end": ("problem", ".json", ARM + b'{"kind": "file", "file": "/dev/zero"}}'),
+}
 
 
 @pytest.mark.parametrize("name", LONG)

@@ -19,6 +19,8 @@ _INT = re.compile(r"[-+]?[0-9]+$")
 _BOOL = re.compile(r"(?:true|True|TRUE|false|False|FALSE)$")
 _NULL = re.compile(r"(?:~|null|Null|NULL|)$")
 
+_DEEPEST = 100
+
 
 def _whole(text: str) -> int | float:
     return int(text) if len(text) <= 400 else float(text)
@@ -38,12 +40,18 @@ class _Loader(yaml.SafeLoader):
     """PyYAML's safe loader reads YAML 1.1, where 1e-4 is text and `no` is false; this one reads JSON's numbers."""
 
     yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012
+    _depth = 0
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         if self.check_event(yaml.events.AliasEvent):
             mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
             raise yaml.MarkedYAMLError(problem="aliases are not read", problem_mark=mark)
-        return super().compose_node(parent, index)
+        self._depth += 1
+        if self._depth > _DEEPEST:  # each level slows the scanner down
+            raise RecursionError
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
 
     def construct_mapping(self, node: Any, deep: bool = False) -> Any:
         seen: set[str] = set()
