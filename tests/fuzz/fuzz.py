@@ -11,7 +11,6 @@ A finding that is mended goes to ``tests/fuzz/found``, where the tests replay it
 import argparse
 import json
 import random
-import resource
 import sys
 import tempfile
 import time
@@ -19,8 +18,6 @@ from collections import Counter
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-
-MEMORY = 6 << 30
 
 
 class Findings:
@@ -96,7 +93,6 @@ def _guided(arguments):
 
 def main():
     arguments = _arguments()
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     if arguments.guided:
         return _guided(arguments)
     import fuzz_samples

@@ -1,4 +1,7 @@
-"""What is fuzzed, and the law: a reader succeeds or raises SelfMotionError in one line, soon, and writes nothing."""
+"""What is fuzzed, and the law.
+
+A reader succeeds or raises SelfMotionError in one line, soon, within bounded memory, and writes nothing.
+"""
 
 import json
 import os
@@ -23,6 +26,8 @@ from selfmotion.exchange.timed_file import FORMS
 
 SECONDS = 5.0
 """Of the processor, so that a busy machine makes no findings."""
+ROOM = 2 << 30
+"""Of memory, in bytes."""
 
 
 class Case(NamedTuple):
@@ -67,6 +72,24 @@ def at_most(seconds):
         signal.signal(signal.SIGPROF, before)
 
 
+@contextmanager
+def with_room(room):
+    """Let no more than so many bytes be taken beyond those that are; beyond, there is a MemoryError."""
+    if not Path("/proc/self/statm").exists():  # elsewhere than on Linux nobody keeps to limits
+        yield
+        return
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    most = taken + room
+    resource.setrlimit(resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
 def judged(case, folder):
     """Return what breaks the law when a case is read in a folder that holds `companions`; None if nothing does."""
     file = folder / f"input{case.suffix}"
@@ -76,7 +99,7 @@ def judged(case, folder):
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            with at_most(SECONDS):
+            with at_most(SECONDS), with_room(ROOM):
                 KINDS[case.kind].read(file, case.options)
     except sm.SelfMotionError as error:
         if len(str(error).splitlines()) > 1 or len(str(error)) > 20_000:

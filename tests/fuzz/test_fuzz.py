@@ -83,11 +83,15 @@ def test_the_law_sees_what_breaks_it(folder, monkeypatch):
     def writes(file):
         file.with_name("left.txt").write_text("x")
 
+    def hoards(_):
+        return "x" * 10**10
+
     def divides(_):
         return 1 // 0
 
     monkeypatch.setattr(fuzz_kinds, "SECONDS", 0.2)
-    for function, what in ((endless, "TooSlow"), (divides, "ZeroDivisionError"), (writes, "wrote")):
+    broken = {"TooSlow": endless, "MemoryError": hoards, "ZeroDivisionError": divides, "wrote": writes}
+    for what, function in broken.items():
         assert judged(reading(function, monkeypatch), folder).what == what
     (folder / "left.txt").unlink()
     assert judged(reading(lambda _: None, monkeypatch), folder) is None
