@@ -27,7 +27,7 @@ class Clothoid(Path):
     scale : float
         The factor k; not zero.
     coefficients : array_like, shape (d + 1,)
-        Coefficients of the polynomial p, ascending.
+        At most 20 coefficients of the polynomial p, ascending.
     t_range : array_like, shape (2,)
         First and last value of t; descending ranges run the curve backwards.
 
