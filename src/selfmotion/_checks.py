@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import os
 from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Any
@@ -107,6 +108,14 @@ def sweep_angle(field: str, value: Any) -> float:
     if result == 0:
         raise InvalidInputError(field, "is zero: the path has no length", "give an angle in radians", value)
     return result
+
+
+def is_file_name(name: str) -> bool:
+    """Return whether a file may have this name: it holds no NUL, and nothing that no file system writes."""
+    try:
+        return b"\0" not in os.fsencode(name)
+    except UnicodeEncodeError:  # half a character
+        return False
 
 
 def branch_index(branches: tuple[str, ...], branch: Any) -> int:

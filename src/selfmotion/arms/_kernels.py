@@ -43,6 +43,14 @@ def two_link(l1: float, l2: float, wx: FloatArray, wy: FloatArray, sign: float) 
     return TwoLink(theta1, (2.0 * sign) * np.arctan2(s, c), cos2, sin2, d2, np.minimum(short, long))
 
 
+def _summed(directions: FloatArray, links: FloatArray) -> FloatArray:
+    """Return directions (…, k) times links (k,), summed from the left: BLAS sums in an order that goes by the batch."""
+    total = np.zeros(directions.shape[:-1])
+    for j, length in enumerate(links):
+        total = total + directions[..., j] * length
+    return total
+
+
 def planar_ik(links: FloatArray, x: FloatArray, u: FloatArray, sign: float) -> tuple[FloatArray, FloatArray]:
     """Inverse kinematics, (2)–(7) for any number of links.
 
@@ -50,8 +58,8 @@ def planar_ik(links: FloatArray, x: FloatArray, u: FloatArray, sign: float) -> t
     and margin (…), the signed distance of the two-link target to its annulus.
     """
     n = len(links)
-    wx = x[..., 0] - np.cos(u) @ links[2:]
-    wy = x[..., 1] - np.sin(u) @ links[2:]
+    wx = x[..., 0] - _summed(np.cos(u), links[2:])
+    wy = x[..., 1] - _summed(np.sin(u), links[2:])
     front = two_link(links[0], links[1], wx, wy, sign)
     q = np.empty((*front.theta1.shape, n))
     q[..., 0], q[..., 1] = front.theta1, front.theta2

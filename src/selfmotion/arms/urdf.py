@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from selfmotion._checks import angles, finite_array, number
+from selfmotion._checks import angles, finite_array, is_file_name, number
 from selfmotion._types import FloatArray
 from selfmotion.arms.chain import Chain, turned_to_z
 from selfmotion.errors import InvalidInputError
@@ -114,7 +114,7 @@ def read_chain(text: str, base: str | None = None, tip: str | None = None) -> Ch
 
 def _text(path: Path) -> str:
     """Return the text of a file."""
-    if "\0" in str(path):
+    if not is_file_name(str(path)):
         raise InvalidInputError("", "is no name of a file", "name one")
     try:
         with path.open("rb") as stream:

@@ -9,7 +9,7 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.ledger import Ledger
 
 _DEEPEST = 50
-_MOST_INSERTS = 100_000
+_MOST_INSERTS = 20_000
 
 
 class Blocks:
@@ -53,11 +53,13 @@ class Blocks:
         self._inserts += 1
         if depth >= _DEEPEST or self._inserts > _MOST_INSERTS:
             raise wrong(insert, "inserts itself, or too many others", "explode it in the drawing program")
-        if insert.block() is None:
-            name = str(_said(insert, "name", ""))
+        name = str(_said(insert, "name", ""))
+        if not name or insert.block() is None:
             raise wrong(insert, f"inserts the block {name!r}, which is not in the file", "insert or export it again")
+        if insert.mcount > _MOST_INSERTS - self._inserts:
+            raise wrong(insert, "inserts itself, or too many others", "correct its rows and columns")
         if insert.mcount > 1:
-            yield from self._seen(insert.multi_insert(), layer, depth + 1)
+            yield from self._seen(_copies(insert), layer, depth + 1)
             return
         if insert.attribs:
             self._ledger.note("ATTRIB")
@@ -71,6 +73,14 @@ class Blocks:
 
     def _left_out(self, entity: Any, why: str) -> None:
         self._ledger.note(f"{entity.dxftype()} in a block, {why}")
+
+
+def _copies(insert: Any) -> Iterator[Any]:
+    """Yield the inserts of an insert in rows and columns."""
+    try:
+        yield from insert.multi_insert()
+    except Exception as error:  # whatever a broken entity makes of its parser
+        raise wrong(insert, f"is not read ({error})", "correct it in the drawing program") from None
 
 
 def _said(entity: Any, name: str, default: Any) -> Any:

@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from selfmotion._checks import is_file_name
 from selfmotion._version import __version__
 from selfmotion.errors import InvalidInputError
 from selfmotion.units import UNITS as UNITS  # noqa: PLC0414 (where readers of files look for them)
@@ -34,7 +35,7 @@ class OutputFolder:
     """
 
     def __init__(self, path: str | os.PathLike[str], force: bool = False) -> None:
-        if not os.fspath(path) or "\0" in os.fspath(path):
+        if not os.fspath(path) or not is_file_name(os.fspath(path)):
             raise InvalidInputError("--out", "is no name of a folder", "name one", str(path))
         self.path = Path(path)
         self.force = force
@@ -187,14 +188,17 @@ def read_bytes(file: str | os.PathLike[str], largest: int = 200_000_000) -> byte
         If it cannot be read or is larger than `largest` bytes.
     """
     path, source = Path(file), os.fspath(file)
-    if "\0" in source:
+    if not is_file_name(source):
         raise InvalidInputError("", "is no name of a file", "name one", source)
     try:
         if path.is_dir():
             raise IsADirectoryError
-        if path.stat().st_size > largest:
+        too_large = path.stat().st_size > largest
+        with path.open("rb") as stream:
+            data = b"" if too_large else stream.read(largest + 1)  # of a device the size says nothing
+        if too_large or len(data) > largest:
             raise InvalidInputError("", f"is larger than {largest} bytes", "is it the right file?", source=source)
-        return path.read_bytes()
+        return data
     except IsADirectoryError:
         raise InvalidInputError("", "is a folder", "name a file", source=source) from None
     except FileNotFoundError:

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from typing import Any, NamedTuple, get_args
 
+from selfmotion._checks import is_file_name
 from selfmotion._types import FileName
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.schema import NESTED, SECTIONS, hints_of
@@ -111,7 +112,7 @@ def check_inside(data: Any, folder: str | None) -> list[NamedFile]:
 
 def is_inside(name: str, folder: str) -> bool:
     """Return whether a file name, relative to a folder, leads to a place in it once all links are followed."""
-    if "\0" in name:
+    if not is_file_name(name):
         return False
     root, target = os.path.realpath(folder), os.path.realpath(os.path.join(folder, name))
     try:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from selfmotion._checks import finite_array, number
 from selfmotion._version import __version__
 from selfmotion.certificate.result import Certificate, Level, TubeSlice
 from selfmotion.errors import InvalidInputError
@@ -150,8 +151,9 @@ def _certificate_from(data: Any, n: int) -> Certificate:
     given: Any = checked(CertificateForm, data)
     tube = []
     for k, (r, a, b) in enumerate(given.tube):
-        ends = [np.array(rows, dtype=float).reshape(-1, n) for rows in (a, b) if all(len(row) == n for row in rows)]
-        if len(ends) != 2 or len(ends[0]) != len(ends[1]):
+        number(f"tube.{k}", r)
+        ends = [finite_array(f"tube.{k}", rows if rows != [] else np.empty((0, n)), 2, n) for rows in (a, b)]
+        if len(ends[0]) != len(ends[1]):
             raise InvalidInputError(f"tube.{k}", f"is not made of chords of {n} joints", "load the original file")
         tube.append(TubeSlice(r, *ends))
     levels = tuple(Level(*level) for level in given.levels)

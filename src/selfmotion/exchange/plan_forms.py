@@ -52,7 +52,7 @@ class CertificateForm(_Form):
     bound: AnyNumber
     argument: StrictStr
     rigorous: StrictBool
-    levels: list[Annotated[list[Any], Field(min_length=5, max_length=5)]]
+    levels: list[Annotated[list[StrictInt | AnyNumber], Field(min_length=5, max_length=5)]]
     tube: list[Annotated[list[Any], Field(min_length=3, max_length=3)]]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
-from selfmotion._checks import choice, finite_array
+from selfmotion._checks import LARGEST, choice, finite_array
 from selfmotion._types import FloatArray
 from selfmotion.arms import JointBox, PlanarArm, RedundantArm
 from selfmotion.arms.chain import Chain as JointChain
@@ -269,15 +269,18 @@ def _closed(field: str, ends: list[float | None], n: int, instead: float) -> Flo
     """Undo :func:`_open`."""
     if len(ends) != n:
         raise InvalidInputError(field, f"has {len(ends)} entries for {n} joints", _DAMAGED)
-    return np.array([instead if end is None else end for end in ends])
+    found = np.array([instead if end is None else end for end in ends])
+    if not (np.abs(found[np.isfinite(found)]) <= LARGEST).all():
+        raise InvalidInputError(field, f"exceeds {LARGEST:g} in magnitude", _DAMAGED)
+    return found
 
 
 def _table(field: str, rows: Any, shape: tuple[int, ...]) -> FloatArray:
     """Return numbers as an array of the given shape."""
     try:
         found = np.array(rows, dtype=float)
-    except ValueError:
+    except (TypeError, ValueError, OverflowError):
         found = np.empty(0)
-    if found.shape != shape:
-        raise InvalidInputError(field, f"is not an array of shape {shape}", _DAMAGED)
+    if found.shape != shape or not (np.abs(found) <= LARGEST).all():
+        raise InvalidInputError(field, f"is not an array of shape {shape} of numbers up to {LARGEST:g}", _DAMAGED)
     return found

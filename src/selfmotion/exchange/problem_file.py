@@ -17,6 +17,7 @@ from selfmotion.planners import Planner
 from selfmotion.problem import Problem
 
 _LARGEST = 50_000_000
+_LONGEST_YAML = 1_000_000  # which takes about three seconds
 
 
 class ProblemFile(NamedTuple):
@@ -89,7 +90,7 @@ def _parsed(source: str) -> Any:
         raise error.inside(source=source) from None
     if len(text) > _LARGEST:
         raise InvalidInputError("", f"is larger than {_LARGEST} bytes", "is it the right file?", source=source)
-    return parse_yaml(text, source)
+    return parse_yaml(text, source, _LONGEST_YAML)
 
 
 def problem_from(data: Any, folder: str = "") -> ProblemFile:

@@ -23,6 +23,7 @@ MESSAGE = "trajectory_msgs/msg/JointTrajectory"
 _FIELDS = {"q": "positions", "dq": "velocities", "ddq": "accelerations"}
 _REMEDY = "load a file that selfmotion wrote"
 _NANO = 1_000_000_000
+_LATEST = 2**32 - 1
 
 
 def to_yaml(trajectory: TimedTrajectory) -> bytes:
@@ -61,7 +62,7 @@ def from_yaml(text: str) -> dict[str, Any]:
         found["t"] = [_seconds(*clock) for clock in clocks]
         return {**found, "joint_names": message["joint_names"], "frame_id": message["header"]["frame_id"]}
     except InvalidInputError as error:
-        raise InvalidInputError("", error.reason, error.remedy) from None
+        raise InvalidInputError(error.field, error.reason, error.remedy, error.value) from None
     except (KeyError, TypeError, IndexError):
         raise InvalidInputError("", f"is not a whole {MESSAGE} as YAML", _REMEDY) from None
 
@@ -154,5 +155,8 @@ def _clocks(t: FloatArray) -> list[tuple[int, int]]:
     return [divmod(time, _NANO) for time in whole]
 
 
-def _seconds(sec: int, nanosec: int) -> float:
+def _seconds(sec: Any, nanosec: Any) -> float:
+    for given in (sec, nanosec):  # of text a billion times as much would be made
+        if isinstance(given, bool) or not isinstance(given, int) or abs(given) > _LATEST:
+            raise InvalidInputError("time_from_start", "is not made of whole numbers of 32 bits", _REMEDY, given)
     return (sec * _NANO + nanosec) / _NANO

@@ -152,7 +152,9 @@ def _segments(element: Element, parse: Parse) -> Any:
     except AssertionError:
         reason, advice = "has an arc that ends where it starts", "write a full circle as two arcs"
         raise wrong(element, reason, advice, data) from None
-    if any(float(number) > LARGEST for number in _NUMBERS.findall(data) if len(number) > 12 or "e" in number.lower()):
+    if any(
+        abs(float(number)) > LARGEST for number in _NUMBERS.findall(data) if len(number) > 12 or "e" in number.lower()
+    ):
         raise wrong(element, f"has coordinates beyond {LARGEST:g}", "correct them", data)
     return segments
 

@@ -254,7 +254,7 @@ def _rows(data: dict[str, Any]) -> TimedRows:
 def _array(name: str, value: Any) -> FloatArray:
     try:
         array = np.array(value, dtype=float, ndmin=1)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InvalidInputError(name, "is missing or not made of numbers", _REMEDY) from None
     if not np.isfinite(array).all():
         raise InvalidInputError(name, "is missing or not finite", _REMEDY)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -16,6 +17,8 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.files import read_text
 from selfmotion.exchange.telling import is_plan_file
 from selfmotion.plans import Plan
+
+_JOINT = re.compile("q0*([1-9][0-9]*)")
 
 
 class Trajectory(NamedTuple):
@@ -93,7 +96,7 @@ def read_trajectory(file: str | os.PathLike[str], n: int) -> Trajectory:
         raise InvalidInputError(
             "row 1", f"lacks the columns {', '.join(missing)}", f"start with {','.join(wanted)}", header, source
         )
-    extra = [name for name in header if name.startswith("q") and name[1:].isdigit() and int(name[1:]) > n]
+    extra = [name for name in header if (of := _JOINT.fullmatch(name)) and f"q{of[1]}" not in wanted]
     if extra or len(set(header)) != len(header):
         raise InvalidInputError(
             "row 1", f"does not fit an arm of {n} joints", f"start with {','.join(wanted)}", header, source

@@ -19,17 +19,39 @@ _INT = re.compile(r"[-+]?[0-9]+$")
 _BOOL = re.compile(r"(?:true|True|TRUE|false|False|FALSE)$")
 _NULL = re.compile(r"(?:~|null|Null|NULL|)$")
 
+_DEEPEST = 100
+
+
+def _whole(text: str) -> int | float:
+    return int(text) if len(text) <= 400 else float(text)
+
+
+def _only_yaml(name: str) -> Any:
+    raise ValueError(f"{name} is not JSON")
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    if len(dict(pairs)) < len(pairs):
+        raise ValueError("a key appears twice")
+    return dict(pairs)
+
 
 class _Loader(yaml.SafeLoader):
     """PyYAML's safe loader reads YAML 1.1, where 1e-4 is text and `no` is false; this one reads JSON's numbers."""
 
     yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012
+    _depth = 0
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         if self.check_event(yaml.events.AliasEvent):
             mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
             raise yaml.MarkedYAMLError(problem="aliases are not read", problem_mark=mark)
-        return super().compose_node(parent, index)
+        self._depth += 1
+        if self._depth > _DEEPEST:  # each level slows the scanner down
+            raise RecursionError
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
 
     def construct_mapping(self, node: Any, deep: bool = False) -> Any:
         seen: set[str] = set()
@@ -41,8 +63,7 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
     def construct_int(self, node: Any) -> int | float:
-        text = self.construct_scalar(node)
-        return int(text) if len(text) <= 400 else float(text)
+        return _whole(self.construct_scalar(node))
 
 
 for _tag, _pattern, _first in (
@@ -55,7 +76,7 @@ for _tag, _pattern, _first in (
 _Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_int)
 
 
-def parse_yaml(text: str, source: str) -> Any:
+def parse_yaml(text: str, source: str, largest: float = math.inf) -> Any:
     """Return the data in YAML (or JSON) text.
 
     Parameters
@@ -63,13 +84,23 @@ def parse_yaml(text: str, source: str) -> Any:
     text : str
     source : str
         Name of the file, for messages.
+    largest : float
+        Number of characters of YAML that are read; JSON takes a hundredth of the time, and may be longer.
 
     Raises
     ------
     InvalidInputError
-        If it is not YAML, asks for anything beyond plain data, repeats a key or uses aliases.
+        If it is not YAML, asks for anything beyond plain data, repeats a key or uses aliases, or is too long.
     """
     remedy = "write plain YAML or JSON data"
+    if text.lstrip()[:1] == "{":
+        try:
+            return json.loads(text, parse_constant=_only_yaml, parse_int=_whole, object_pairs_hook=_unique)
+        except (ValueError, RecursionError):  # by YAML's reader, whose messages say where
+            pass
+    if len(text) > largest:
+        advice = "write it as JSON, or keep long lists of points in a file of their own, path kind file"
+        raise InvalidInputError("", f"is YAML of more than {largest} characters", advice, source=source)
     try:
         return yaml.load(text, Loader=_Loader)
     except yaml.MarkedYAMLError as error:

@@ -14,6 +14,7 @@ from selfmotion.paths.base import Path, distance, plane_or_space
 
 # Above this degree the same polynomial is summed as a Chebyshev series: linear instead of quadratic time.
 _MOST_CASTELJAU = 24
+_MOST_POINTS = 1000  # the series is found in cubic time: of these in a second
 
 
 class Bezier(Path):
@@ -22,12 +23,12 @@ class Bezier(Path):
     Parameters
     ----------
     control_points : array_like, shape (d + 1, 2) or (d + 1, 3)
-        At least two points, not all the same; d is the degree.
+        Two to 1000 points, not all the same; d is the degree.
 
     Raises
     ------
     InvalidInputError
-        If there are fewer than two control points, or they all coincide.
+        If there are fewer than two control points or more than 1000, or they all coincide.
 
     Notes
     -----
@@ -43,6 +44,9 @@ class Bezier(Path):
         points = plane_or_space("control_points", control_points, 2)
         if len(points) < 2:
             raise InvalidInputError("control_points", f"has {len(points)} point", "give at least two", control_points)
+        if len(points) > _MOST_POINTS:
+            remedy = f"give at most {_MOST_POINTS}; kind waypoints goes through points, kind concatenation joins curves"
+            raise InvalidInputError("control_points", f"has {len(points)} points", remedy)
         if (points == points[0]).all():
             raise InvalidInputError(
                 "control_points", "all coincide: the path has no length", "move one of them", control_points

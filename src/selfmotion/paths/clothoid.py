@@ -13,6 +13,7 @@ from selfmotion.quadrature import gauss_panels, panel_of
 
 # 16 Gauss–Legendre nodes integrate sin p to rounding while p varies by at most this over the panel.
 _VARIATION = 2.0
+_MOST_POWERS = 20  # panels are found in the square of it
 _MAX_PANELS = 100_000
 
 
@@ -26,7 +27,7 @@ class Clothoid(Path):
     scale : float
         The factor k; not zero.
     coefficients : array_like, shape (d + 1,)
-        Coefficients of the polynomial p, ascending.
+        At most 20 coefficients of the polynomial p, ascending.
     t_range : array_like, shape (2,)
         First and last value of t; descending ranges run the curve backwards.
 
@@ -54,6 +55,9 @@ class Clothoid(Path):
         self.coefficients = read_only(finite_array("coefficients", coefficients, 1))
         if not len(self.coefficients):
             raise InvalidInputError("coefficients", "is empty", "give p in ascending powers", coefficients)
+        if len(self.coefficients) > _MOST_POWERS:
+            remedy = f"give at most {_MOST_POWERS}, and join several with kind concatenation"
+            raise InvalidInputError("coefficients", f"has {len(self.coefficients)} powers", remedy)
         self.t_range = read_only(finite_array("t_range", t_range, 1, 2))
         if self.t_range[0] == self.t_range[1]:
             raise InvalidInputError("t_range", "is empty: the path has no length", "give two values", t_range)

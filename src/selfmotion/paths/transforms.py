@@ -204,6 +204,10 @@ class Concatenation(Path):
         self._signs = self._matched() if self.dimension == POSE else np.ones(len(self.parts))
         ends = np.cumsum([part.length for part in self.parts])
         self.ends = read_only(np.concatenate([[0.0], ends / ends[-1]]))
+        lost = np.flatnonzero(np.diff(self.ends) <= 0.0)
+        if len(lost):
+            reason = f"part {lost[0]} is so short beside the others that no r is left for it"
+            raise InvalidInputError("parts", reason, "leave it out")
 
     def _matched(self) -> FloatArray:
         """Return the signs of the parts' quaternions with which each goes on from the one before it."""

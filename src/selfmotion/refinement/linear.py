@@ -159,7 +159,7 @@ class BandedLinear(Linear):
             ab[2 * band + columns - rows, rows] = -block
         # The same ridge as the dense way has: where the tool cannot move, multipliers stay what they are.
         ends = np.arange(f)[:, None] * width + n + np.arange(tasks)
-        ab[2 * band, ends] = _RIDGE
+        ab[2 * band, ends] = _RIDGE * min(1.0, self.problem.arm.reach**2)  # small lengths have smaller squares
         self._lu, self._pivots, wrong = dgbtrf(ab, band, band, overwrite_ab=1)
         if wrong:
             raise np.linalg.LinAlgError("singular")
