@@ -41,7 +41,8 @@ _COUNTING = """
     try {
       const answer = await fetched(address, ...more);
       if (!answer.ok || !answer.body) { close(); return answer; }
-      const { getReader } = answer.body;
+      const { getReader } = answer.body, { text } = answer;
+      answer.text = async () => { try { return await text.call(answer); } finally { close(); } };
       answer.body.getReader = (...given) => {
         const reader = getReader.apply(answer.body, given), { read } = reader;
         reader.read = async () => {

@@ -10,7 +10,8 @@ export class Live extends EventTarget {
   domain = null;
   motion = null; // of the hand or the sinusoid
   failure = null;
-  timings = []; // from a change until what it changes is drawn [ms]
+  timings = []; // from a change until what it changes is drawn, the wait for the picture before it included [ms]
+  redraws = []; // the same without that wait: asked, computed, told and drawn
   task = null; // that of the scene
   #wanted = null;
   #running = false;
@@ -44,6 +45,7 @@ export class Live extends EventTarget {
     const quick = this.scene?.dimension === 2 && this.scene?.n_u === 1; // of the first problem nobody knows yet
     const want = ["motion", ...(fresh ? ["scene"] : []), ...(fresh && quick ? ["domain"] : [])];
     const { state, settled, curve, around } = now;
+    now.asked = performance.now();
     try {
       return { ...now, task, found: await ask("look", { ...questionOf(state, curve), want, settled, around }) };
     } catch (error) {
@@ -51,7 +53,7 @@ export class Live extends EventTarget {
     }
   }
 
-  #take({ state, settled, curve, around, since, task, found, error }) {
+  #take({ state, settled, curve, around, since, asked, task, found, error }) {
     if (error) {
       this.#refused(error, settled);
       return;
@@ -65,8 +67,10 @@ export class Live extends EventTarget {
     this.motion = found.motion ?? null;
     this.failure = null;
     this.#tell(settled);
-    this.timings.push(performance.now() - since);
-    if (this.timings.length > MEASURED) this.timings.shift();
+    for (const [kept, from] of [[this.timings, since], [this.redraws, asked]]) {
+      kept.push(performance.now() - from);
+      if (kept.length > MEASURED) kept.shift();
+    }
     if (this.#domainTask !== task || (settled && this.domain?.kind === "component")) this.#lookAtDomain(state, curve, task, around);
   }
 

@@ -11,6 +11,7 @@ import { JointsView } from "selfmotion/joints";
 import { Live } from "selfmotion/live";
 import { Model, stateIn, taskOf } from "selfmotion/model";
 import { clamp, row, shown } from "selfmotion/numbers";
+import { pictureOf } from "selfmotion/picture";
 import { Planning } from "selfmotion/planning";
 import { Player } from "selfmotion/player";
 import { beginnings, lines, ProblemPanel } from "selfmotion/problem_panel";
@@ -41,23 +42,20 @@ const spot = (at) => {
   player.seek(clamp(at, 0, 1));
 };
 const byHand = new CurveByHand(model, scene, shownMotion, () => $("#reach").valueAsNumber);
+const grab = (panel) => byHand.grab(panel).catch((error) => tell("The curve cannot be taken in hand", error));
+const tellOf = (at) => { $("#domain-readout").textContent = at ? hovered(at, shownMotion(), scene()) : ""; };
 const domainView = new DomainView($("#domain-view"), {
-  hover: (at) => { $("#domain-readout").textContent = at ? hovered(at, shownMotion(), scene()) : ""; },
+  hover: tellOf,
   seek: spot,
-  grab: async (panel) => {
-    const had = curve;
-    await byHand.grab(panel).catch((error) => tell("The curve cannot be taken in hand", error));
-    if (model.state.hand) curve = "hand"; else curve = had;
-  },
+  grab,
   drag: (by) => byHand.drag(by),
   drop: () => byHand.drop(),
   draw: async (drawn) => {
-    curve = "hand";
     await byHand.draw(drawn).catch((error) => tell("The curve cannot be drawn", error));
     setDrawing(false);
   },
 });
-const joints = new JointsView($("#joints-view"), { hover: (at) => { $("#domain-readout").textContent = at ? hovered(at, shownMotion(), scene()) : ""; }, seek: spot });
+const joints = new JointsView($("#joints-view"), { hover: tellOf, seek: spot });
 const evolution = new EvolutionView($("#evolution-view"), $("#evolution-said"), { hover: (at) => { $("#evolution-readout").textContent = at?.text ?? ""; } });
 let armView = null, panel = null;
 
@@ -151,7 +149,7 @@ function showAll(settled = true) {
 
 async function takeInHand() {
   const { branch } = motion();
-  await byHand.grab({ branch: branch[Math.floor(branch.length / 2)] }).catch((error) => tell("The curve cannot be taken in hand", error));
+  await grab({ branch: branch[Math.floor(branch.length / 2)] });
   byHand.drop();
 }
 
@@ -268,7 +266,7 @@ $("#link").addEventListener("click", async () => {
   $("#link").textContent = "Link copied";
   setTimeout(() => { $("#link").textContent = "Copy link"; }, 2500);
 });
-$("#export").addEventListener("click", () => exportDialog(exported(), domainPicture, live.scene?.dimension === 2));
+$("#export").addEventListener("click", () => exportDialog(exported(), () => pictureOf($("#domain-view")), live.scene?.dimension === 2));
 $("#ghosts").addEventListener("change", () => { armView.ghosts = $("#ghosts").checked; armView.redraw(); });
 $("#whole").addEventListener("change", () => { armView.wholeReach = $("#whole").checked; armView.redraw(true); });
 $("#arm-modes").addEventListener("click", ({ target }) => target.dataset.mode && setMode(target.dataset.mode));
@@ -296,26 +294,6 @@ function exported() {
   const { problem, hand } = model.state;
   if (curve === "hand" && hand) return { problem: { ...problem, planner: undefined }, hand };
   return plan() ? { problem, plan: plan().plan } : null;
-}
-
-// The pictures of the angle domain as one SVG with the colours that are seen.
-function domainPicture() {
-  const names = ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-dasharray", "stroke-opacity", "font-size", "font-family", "font-weight", "opacity", "paint-order", "visibility"];
-  const boxes = [...$("#domain-view").querySelectorAll("svg.plot")], all = boxes.map((box) => box.getBoundingClientRect());
-  const [left, top] = [Math.min(...all.map((box) => box.left)), Math.min(...all.map((box) => box.top))];
-  const width = Math.max(...all.map((box) => box.right)) - left, height = Math.max(...all.map((box) => box.bottom)) - top;
-  const copies = boxes.map((box, k) => {
-    const copy = box.cloneNode(true), originals = box.querySelectorAll("*");
-    copy.querySelectorAll("*").forEach((element, i) => {
-      const style = getComputedStyle(originals[i]);
-      for (const name of names) element.setAttribute(name, style.getPropertyValue(name));
-    });
-    for (const [name, value] of Object.entries({ x: all[k].left - left, y: all[k].top - top, width: all[k].width, height: all[k].height })) copy.setAttribute(name, value);
-    copy.setAttribute("font-family", "sans-serif");
-    return new XMLSerializer().serializeToString(copy);
-  });
-  const back = getComputedStyle(document.body).backgroundColor;
-  return new Blob([`<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}"><rect width="100%" height="100%" fill="${back}"/>${copies.join("")}</svg>`], { type: "image/svg+xml" });
 }
 
 function use({ problem, file = null }) {

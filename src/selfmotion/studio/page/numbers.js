@@ -22,7 +22,8 @@ const KINDS = { f4: Float32Array, f8: Float64Array };
 // {f4: base64, shape} becomes a typed array with that shape.
 function unpackedArray(packed) {
   const kind = packed.f4 === undefined ? "f8" : "f4";
-  const bytes = Uint8Array.from(atob(packed[kind]), (letter) => letter.charCodeAt(0));
+  const letters = atob(packed[kind]), bytes = new Uint8Array(letters.length);
+  for (let k = 0; k < letters.length; k += 1) bytes[k] = letters.charCodeAt(k); // within a drag: ten times as fast as from()
   const array = new KINDS[kind](bytes.buffer);
   array.shape = packed.shape;
   return array;

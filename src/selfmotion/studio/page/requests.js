@@ -37,7 +37,7 @@ async function* linesOf(body) {
 }
 
 // Ask for a task; `progress` hears how it goes, `signal` can give it up. Throws Refused, or AbortError.
-export async function ask(task, payload = {}, { progress = () => {}, signal } = {}) {
+export async function ask(task, payload = {}, { progress = null, signal } = {}) {
   let answer;
   try {
     answer = await fetch(`/api/${task}`, {
@@ -55,9 +55,13 @@ export async function ask(task, payload = {}, { progress = () => {}, signal } = 
   }
   let last = null; // the answer is read to its end: one that is dropped would be taken for given up
   try {
-    for await (const line of linesOf(answer.body)) {
-      last = JSON.parse(line);
-      if (last.progress) progress(last.progress);
+    if (progress === null) { // at once, which is quicker
+      last = JSON.parse((await answer.text()).trimEnd().split("\n").at(-1));
+    } else {
+      for await (const line of linesOf(answer.body)) {
+        last = JSON.parse(line);
+        if (last.progress) progress(last.progress);
+      }
     }
   } catch (error) {
     if (error.name === "AbortError") throw error;
