@@ -2,6 +2,7 @@
 
 import { jointName } from "selfmotion/looks";
 import { clamp, rowAt, shown } from "selfmotion/numbers";
+import { held } from "selfmotion/pointer";
 import { html, lineThrough, svg } from "selfmotion/svg";
 
 const GHOSTS = 13;
@@ -200,16 +201,10 @@ export class ArmView {
     this.dragged = true;
     let last = null;
     const moving = (moved) => { last = this.#under(moved); move(last, false); };
-    const up = () => {
-      removeEventListener("pointermove", moving);
-      removeEventListener("pointerup", up);
-      removeEventListener("pointercancel", up);
+    held(moving, () => {
       this.dragged = false;
       if (last) move(last, true);
-    };
-    addEventListener("pointermove", moving);
-    addEventListener("pointerup", up);
-    addEventListener("pointercancel", up);
+    });
   }
 
   #pathHandles() {
@@ -277,15 +272,11 @@ export class ArmView {
       points.push(this.#under(moved));
       trace.setAttribute("d", lineThrough(points.length, (k) => this.#x(points[k][0]), (k) => this.#y(points[k][1])));
     };
-    const up = () => {
-      removeEventListener("pointermove", move);
-      removeEventListener("pointerup", up);
+    held(move, () => {
       trace.remove();
       const few = simplified(points, 2 / this.fit.scale);
       if (few.length > 1) this.acts.freehand?.(few);
-    };
-    addEventListener("pointermove", move);
-    addEventListener("pointerup", up);
+    });
     move(event);
   }
 }

@@ -3,6 +3,7 @@
 import { causeLook } from "selfmotion/looks";
 import { clamp, placeIn, shown, TAU } from "selfmotion/numbers";
 import { Plot } from "selfmotion/plot";
+import { held } from "selfmotion/pointer";
 import { placesOf, splineAt } from "selfmotion/spline";
 import { html, lineThrough, svg } from "selfmotion/svg";
 
@@ -286,16 +287,10 @@ class Panel {
       }
     };
     const move = (moved) => { wanted = plot.under(moved).y; pull(); };
-    const up = () => {
+    held(move, () => {
       released = true;
-      removeEventListener("pointermove", move);
-      removeEventListener("pointerup", up);
-      removeEventListener("pointercancel", up);
       if (ready) acts.drop();
-    };
-    addEventListener("pointermove", move);
-    addEventListener("pointerup", up);
-    addEventListener("pointercancel", up);
+    });
     await acts.grab(this);
     ready = true;
     pull();
@@ -311,14 +306,10 @@ class Panel {
       points.push([clamp(x, 0, 1), y]);
       trace.setAttribute("d", lineThrough(points.length, (k) => plot.x(points[k][0]), (k) => plot.y(points[k][1])));
     };
-    const up = () => {
-      removeEventListener("pointermove", move);
-      removeEventListener("pointerup", up);
+    held(move, () => {
       trace.remove();
       if (points.length > 2) this.view.acts.draw?.({ branch: this.branch, component: this.component, points });
-    };
-    addEventListener("pointermove", move);
-    addEventListener("pointerup", up);
+    });
     move(event);
   }
 }

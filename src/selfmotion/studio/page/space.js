@@ -2,6 +2,7 @@
 
 import { asRows } from "selfmotion/arm";
 import { clamp, rowAt, shown } from "selfmotion/numbers";
+import { held } from "selfmotion/pointer";
 import { html, lineThrough, svg } from "selfmotion/svg";
 
 const GHOSTS = 9;
@@ -54,9 +55,7 @@ export class SpaceView {
       this.#turn(0.008 * (moved.clientX - x), 0.008 * (moved.clientY - y));
       [x, y] = [moved.clientX, moved.clientY];
     };
-    const up = () => { removeEventListener("pointermove", move); removeEventListener("pointerup", up); };
-    addEventListener("pointermove", move);
-    addEventListener("pointerup", up);
+    held(move, () => {});
   }
 
   // The ball that holds all that is drawn, so that the picture keeps its size when it is turned.
