@@ -24,6 +24,8 @@ Points = Annotated[ArrayLike, "points"]
 """Points of the plane, shape (k, 2)."""
 Position = Annotated[ArrayLike, "position"]
 """One point of the plane or of space, shape (2,) or (3,)."""
+SpacePoint = Annotated[ArrayLike, "space_point"]
+"""Three numbers: a point of space, a direction, the sizes of a box; shape (3,)."""
 Positions = Annotated[ArrayLike, "positions"]
 """Points of the plane or of space, shape (k, 2) or (k, 3)."""
 Direction = Annotated[ArrayLike, "direction"]

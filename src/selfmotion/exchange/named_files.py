@@ -10,6 +10,7 @@ from selfmotion._checks import is_file_name
 from selfmotion._types import FileName
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.schema import NESTED, SECTIONS, hints_of
+from selfmotion.scene.obstacles import OBSTACLES
 
 _OUTSIDE = "put the file into the folder, and name it from there"
 
@@ -41,7 +42,17 @@ def named_files(data: Any) -> list[NamedFile]:
         return []
     return [
         found for section in ("arm", "path", "planner") for found in _in_section(section, section, data.get(section))
-    ]
+    ] + list(_in_obstacles(data.get("obstacles")))
+
+
+def _in_obstacles(data: Any) -> Iterator[NamedFile]:
+    """Give the files that obstacles name, such as meshes."""
+    for k, entry in enumerate(data if isinstance(data, list) else []):
+        for kind in OBSTACLES.keys() & (entry if isinstance(entry, dict) else {}).keys():
+            hints, fields = hints_of(OBSTACLES[kind]), entry[kind]
+            for name, value in fields.items() if isinstance(fields, dict) else ():
+                if name in hints:
+                    yield from _in_field(f"obstacles.{k}.{kind}.{name}", hints[name], value)
 
 
 def _in_section(field: str, section: str, data: Any) -> Iterator[NamedFile]:

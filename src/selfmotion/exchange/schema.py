@@ -26,6 +26,8 @@ from selfmotion.objectives import OBJECTIVES
 from selfmotion.optimizers import OPTIMIZERS, Optimizer
 from selfmotion.paths import PATHS, Path
 from selfmotion.planners import PLANNERS, Planner
+from selfmotion.scene.obstacle import Obstacle
+from selfmotion.scene.obstacles import OBSTACLES
 from selfmotion.units import UNITS
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -95,6 +97,7 @@ _BY_MARK = {
     "vector": list[Number],
     "point": Pair,
     "points": list[Pair],
+    "space_point": Triple,
     "position": PlaneOrSpace,
     "positions": list[PlaneOrSpace],
     "rotation": Quaternion | Matrix,
@@ -162,7 +165,7 @@ class ProblemForm(_Form):
     planner: _section("planner") | None = None  # type: ignore[valid-type]
     objective: Literal[tuple(OBJECTIVES)] = "joint_travel"  # type: ignore[valid-type]
     samples: StrictInt = 1000
-    obstacles: Annotated[list[Any], Field(max_length=0)] = []
+    obstacles: list[_section("obstacle")] = []  # type: ignore[valid-type]
 
 
 def _field_type(hint: Any) -> Any:
@@ -188,12 +191,28 @@ def _field_type(hint: Any) -> Any:
 def form(section: str, kind: str) -> type[BaseModel]:
     """Return the pydantic model of one kind in one section, such as ("path", "bezier")."""
     part = SECTIONS[section][kind]
-    hints = hints_of(part)
-    fields: dict[str, Any] = {"kind": (Literal[kind], ...)}
+    fields = {"kind": (Literal[kind], ...), **_fields_of(part)}
+    return create_model(f"{section}_{kind}", __base__=_Form, __doc__=_summary(part), **fields)
+
+
+def _fields_of(part: Callable[..., Any]) -> dict[str, Any]:
+    """Return types and defaults of a constructor's parameters, by name."""
+    hints, fields = hints_of(part), {}
     for name, parameter in inspect.signature(part).parameters.items():
         default = ... if parameter.default is inspect.Parameter.empty else parameter.default
         fields[name] = (_field_type(hints[name]), list(default) if isinstance(default, tuple) else default)
-    return create_model(f"{section}_{kind}", __base__=_Form, __doc__=_summary(part), **fields)
+    return fields
+
+
+@cache
+def obstacle_form(kind: str) -> type[BaseModel]:
+    """Return the pydantic model of one kind of obstacle: ``{kind: {field: value, …}, name: …}``."""
+    part = OBSTACLES[kind]
+    fields = {part.fields.get(name, name): field for name, field in _fields_of(part).items()}
+    name = fields.pop("name")
+    alone = fields.get("")  # a value that stands for all fields
+    inner = alone or (create_model(f"{kind}_fields", __base__=_Form, **fields), ...)
+    return create_model(f"obstacle_{kind}", __base__=_Form, __doc__=_summary(part), **{kind: inner, "name": name})
 
 
 def hints_of(part: Callable[..., Any]) -> dict[str, Any]:
@@ -231,8 +250,6 @@ def _as_ours(model: type[BaseModel], problem: Any) -> InvalidInputError:
         near = get_close_matches(str(problem["loc"][-1]), known, 1)
         hint = f"did you mean {near[0]!r}? " if near else ""
         return InvalidInputError(field, "is not a known field", f"{hint}the fields are {', '.join(known)}")
-    if field.startswith("obstacles"):
-        return InvalidInputError(field, "is not empty, and this version plans without obstacles", "remove them")
     reason, remedy = _REASONS.get(problem["type"], (str(problem["msg"]).lower(), "see the schema: selfmotion schema"))
     return InvalidInputError(field, reason, remedy.format(**problem.get("ctx", {})), problem["input"])
 
@@ -284,6 +301,46 @@ def build(section: str, data: Any, folder: str = "") -> Any:
     return registry[kind](**given)
 
 
+def build_obstacle(data: Any, folder: str = "") -> Obstacle:
+    """Make the obstacle that an entry of a problem file's ``obstacles`` describes.
+
+    Parameters
+    ----------
+    data : object
+        The entry as parsed: one kind with its fields, and a ``name`` if wanted.
+    folder : str
+        What relative file names are relative to.
+
+    Returns
+    -------
+    Obstacle
+
+    Raises
+    ------
+    InvalidInputError
+        Naming the field inside the entry.
+    """
+    if not isinstance(data, dict):
+        raise InvalidInputError("", "is not a mapping", "write {circle: {center: [x, y], radius: r}}", data)
+    keys = [key for key in data if key != "name"]
+    if not keys:
+        raise InvalidInputError("", "says no kind", f"choose one of {', '.join(OBSTACLES)}", data)
+    kind = next((key for key in keys if key in OBSTACLES), None) or choice(str(keys[0]), keys[0], OBSTACLES)
+    checked(obstacle_form(kind), data)
+    part = OBSTACLES[kind]
+    parameters = {part.fields.get(name, name): name for name in inspect.signature(part).parameters}
+    given = {"": data[kind]} if "" in parameters else data[kind]
+    hints = hints_of(part)
+    values = {parameters[key]: _nested(hints[parameters[key]], key, value, folder) for key, value in given.items()}
+    try:
+        return part(**values, name=data.get("name"))
+    except InvalidInputError as error:
+        if error.field == "name":
+            raise
+        error.field = part.fields.get(error.field, error.field)
+        raise error.inside(kind) from None
+
+
 def _nested(hint: Any, name: str, value: Any, folder: str) -> Any:
     """Build what is inside a section: an optimizer, a path, a list of paths, the full name of a file."""
     if hint == FileName:
@@ -313,6 +370,9 @@ def json_schema() -> dict[str, Any]:
         for kind in registry:
             definitions[f"{section}_{kind}"] = _lifted(form(section, kind), definitions)
         definitions[section] = {"oneOf": [{"$ref": f"#/$defs/{section}_{kind}"} for kind in registry]}
+    for kind in OBSTACLES:
+        definitions[f"obstacle_{kind}"] = _lifted(obstacle_form(kind), definitions)
+    definitions["obstacle"] = {"oneOf": [{"$ref": f"#/$defs/obstacle_{kind}"} for kind in OBSTACLES]}
     # The path that the tool follows may also say which direction the last link keeps; paths inside it may not.
     tasks = [
         create_model(f"task_{kind}", __base__=form("path", kind), direction=(Number | None, None))

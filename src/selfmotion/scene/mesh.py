@@ -1,0 +1,257 @@
+"""Meshes as obstacles in space: solids of triangles, whose distances are measured by coal."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+
+from selfmotion._checks import finite_array, positive, read_only
+from selfmotion._types import FileName, FloatArray, IntArray, SpacePoint
+from selfmotion.errors import InvalidInputError
+from selfmotion.rotations import from_rpy, matrix
+from selfmotion.scene._distance_kernels import MESH
+from selfmotion.scene._mesh_kernels import winding
+from selfmotion.scene.extra import coal
+from selfmotion.scene.mesh_file import load_triangles
+from selfmotion.scene.obstacle import Obstacle
+
+MOST_TRIANGLES = 500_000
+"""From more triangles a mesh is refused."""
+_PLACES = np.linspace(0.0, 1.0, 9)  # of a segment that meets the mesh, where it is looked for what is inside
+_HULL = "close it, or ask for its convex hull: hull: true"
+
+
+class MeshObstacle(Obstacle):
+    """A solid in space that a mesh of triangles encloses, from an STL or OBJ file.
+
+    Distances need coal, of the extra ``scene``.
+
+    Parameters
+    ----------
+    file : str
+        ``.stl`` or ``.obj``.
+    position : array_like, shape (3,)
+        Of the mesh's origin [m].
+    rpy : array_like, shape (3,)
+        Roll, pitch and yaw of the mesh's frame: turns about the fixed x, then y, then z axis [rad].
+    scale : float
+        What its coordinates are multiplied by, such as 0.001 where they are millimetres.
+    hull : bool
+        Whether its convex hull is meant. Without, the mesh must be closed: what is inside has to be told.
+    name : str, optional
+
+    Attributes
+    ----------
+    vertices : array, shape (k, 3)
+        In the world [m], none twice.
+    triangles : array of int, shape (m, 3)
+
+    Raises
+    ------
+    InvalidInputError
+        If the file cannot be read or is no mesh, if it is not closed, or if a value is not finite.
+    """
+
+    kind = "mesh"
+    dimension = 3
+    vertices: FloatArray
+    triangles: IntArray
+    fields: ClassVar = {"vertices": "vertices", "triangles": "triangles"}
+
+    def __init__(
+        self,
+        file: FileName,
+        position: SpacePoint = (0.0, 0.0, 0.0),
+        rpy: SpacePoint = (0.0, 0.0, 0.0),
+        scale: float = 1.0,
+        hull: bool = False,
+        name: str | None = None,
+    ) -> None:
+        super().__init__(name)
+        origin, turn = finite_array("position", position, 1, 3), matrix(from_rpy("rpy", rpy))
+        by = positive("scale", scale)
+        try:
+            vertices, triangles = load_triangles(file)
+            if hull:
+                vertices, triangles = _hull(vertices)
+            self._hold(vertices, triangles)
+        except InvalidInputError as error:
+            raise type(error)("file", f"{file}: {error.reason}", error.remedy, error.value) from None
+        self.vertices = read_only(finite_array("scale", by * self.vertices @ turn.T + origin, 2, 3))
+
+    @classmethod
+    def of_triangles(cls, vertices: Any, triangles: Any, name: str | None = None) -> MeshObstacle:
+        """Return a mesh of triangles in the world.
+
+        Parameters
+        ----------
+        vertices : array_like, shape (k, 3)
+            [m]
+        triangles : array_like of int, shape (m, 3)
+            Which vertices, all counter-clockwise seen from outside.
+        name : str, optional
+
+        Raises
+        ------
+        InvalidInputError
+            If it is not closed, a value is not finite, or a vertex is not there.
+        """
+        made = cls.__new__(cls)
+        Obstacle.__init__(made, name)
+        made._hold(finite_array("vertices", vertices, 2, 3), finite_array("triangles", triangles, 2, 3))
+        return made
+
+    def _hold(self, vertices: FloatArray, triangles: Any) -> None:
+        """Take a mesh over: equal vertices become one, which files of triangles leave to their reader."""
+        if len(triangles) > MOST_TRIANGLES:
+            raise InvalidInputError(
+                "triangles", f"are {len(triangles)}, more than {MOST_TRIANGLES}", "simplify the mesh"
+            )
+        given = np.asarray(triangles).astype(np.intp)
+        if not len(given) or not (given == triangles).all() or given.min() < 0 or given.max() >= len(vertices):
+            reason, remedy = "are not numbers of vertices", "give three for each triangle, counted from 0"
+            raise InvalidInputError("triangles", reason, remedy)
+        found, place = np.unique(vertices[given.ravel()] + 0.0, axis=0, return_inverse=True)
+        merged = place.reshape(-1, 3)
+        merged = merged[(merged != np.roll(merged, 1, axis=1)).all(axis=1)]
+        _refuse_open(merged, found)
+        self.vertices, self.triangles = read_only(found), merged
+
+    def shape(self) -> tuple[int, FloatArray]:
+        """Return the kind of a mesh, which kernels leave to :meth:`distances`, and no numbers, shape (0,)."""
+        return MESH, np.empty(0)
+
+    @cached_property
+    def _corners(self) -> FloatArray:
+        return np.ascontiguousarray(self.vertices[self.triangles])
+
+    @cached_property
+    def _model(self) -> Any:
+        """What coal has of the mesh, its triangles without area left out: their neighbours cover them."""
+        model = coal().BVHModelOBBRSS()
+        a, b, c = np.moveaxis(self._corners, 1, 0)
+        model.beginModel(len(self.triangles), 3 * len(self.triangles))
+        for k in np.flatnonzero(np.cross(b - a, c - a).any(axis=1)):
+            model.addTriangle(a[k], b[k], c[k])
+        model.endModel()
+        return model
+
+    def distances(self, p: FloatArray, q: FloatArray) -> FloatArray:
+        """Return the signed distances of segments; see :meth:`nearest`.
+
+        Parameters
+        ----------
+        p, q : array, shape (k, 3)
+            Their ends [m].
+
+        Returns
+        -------
+        array, shape (k,)
+            [m]
+        """
+        return self.nearest(p, q)[0]
+
+    def nearest(self, p: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the signed distances of segments, and where and along what they are measured.
+
+        Parameters
+        ----------
+        p, q : array, shape (k, 3)
+            Their ends [m].
+
+        Returns
+        -------
+        distance : array, shape (k,)
+            The least distance of a segment disjoint from the solid. Else minus the depth of the deepest of nine points
+            of the segment, or zero if none of these is inside [m].
+        at : array, shape (k, 3)
+            The points of the segments concerned.
+        normal : array, shape (k, 3)
+            Unit directions in which moving those points raises the distance.
+
+        Raises
+        ------
+        MissingExtraError
+            Without coal.
+        """
+        distance, at, normal = np.empty(len(p)), np.empty_like(p, dtype=float), np.empty_like(p, dtype=float)
+        for k, (first, last) in enumerate(zip(p, q, strict=True)):
+            distance[k], at[k], normal[k] = self._nearest(first, last)
+        return distance, at, normal
+
+    def _nearest(self, p: FloatArray, q: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+        away, at, on = self._from_surface(p, q)
+        if away > 0.0 and not self._has_inside(at):
+            return away, at, _direction(at - on)
+        found = (0.0, at, _direction(at - on))
+        for t in _PLACES:
+            point = p + t * (q - p)
+            if self._has_inside(point):
+                depth, _, on = self._from_surface(point, point)
+                if -depth < found[0]:
+                    found = -depth, point, _direction(on - point)
+        return found
+
+    def _from_surface(self, p: FloatArray, q: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+        """Return how far a segment is from the triangles, and the nearest points of it and of them."""
+        package, d = coal(), q - p
+        length = float(np.linalg.norm(d))
+        frame = np.eye(3) if length == 0.0 else _frame(d / length)
+        link = package.Capsule(0.0, length) if length > 0.0 else package.Sphere(0.0)
+        result = package.DistanceResult()
+        middle = package.Transform3s(frame, 0.5 * (p + q))
+        away = package.distance(link, middle, self._model, package.Transform3s(), package.DistanceRequest(), result)
+        points = (np.array(result.getNearestPoint1()), np.array(result.getNearestPoint2()))
+        return max(away, 0.0), points[0], points[1]
+
+    def _has_inside(self, point: FloatArray) -> bool:
+        if (point < self.vertices.min(axis=0)).any() or (point > self.vertices.max(axis=0)).any():
+            return False
+        return abs(winding(self._corners, point)) > 0.5
+
+
+def _refuse_open(triangles: IntArray, vertices: FloatArray) -> None:
+    """Refuse triangles that enclose nothing: in a closed mesh every edge is passed as often one way as the other."""
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    count = len(vertices)
+    way = np.sign(edges[:, 1] - edges[:, 0])
+    key = edges.min(axis=1) * count + edges.max(axis=1)
+    names, place = np.unique(key, return_inverse=True)
+    total = np.bincount(place.reshape(-1), weights=way)
+    wrong = np.flatnonzero(total)
+    if not len(triangles):
+        raise InvalidInputError("", "has triangles without area only", "mend it")
+    if len(wrong):
+        a, b = (vertices[k] for k in divmod(int(names[wrong[0]]), count))
+        where = f"({a[0]:.6g}, {a[1]:.6g}, {a[2]:.6g}) to ({b[0]:.6g}, {b[1]:.6g}, {b[2]:.6g})"
+        reason = f"is not closed, so that inside is not told: {len(wrong)} of its edges bound triangles on one side, or"
+        raise InvalidInputError("", f"{reason} triangles that face different ways, such as from {where}", _HULL)
+
+
+def _hull(vertices: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Return the convex hull of points, its triangles counter-clockwise seen from outside."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(vertices)
+    except (QhullError, ValueError):
+        raise InvalidInputError("", "has a flat convex hull, which encloses nothing", "give a solid") from None
+    corners = vertices[hull.simplices]
+    outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    away = np.einsum("ij,ij->i", outward, corners[:, 0] - vertices[hull.vertices].mean(axis=0))
+    return vertices, np.where(away[:, None] < 0, hull.simplices[:, ::-1], hull.simplices)
+
+
+def _frame(z: FloatArray) -> FloatArray:
+    """Return a rotation whose third axis is z, shape (3, 3)."""
+    x = np.cross(z, np.eye(3)[np.abs(z).argmin()])
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z], axis=1)
+
+
+def _direction(v: FloatArray) -> FloatArray:
+    """Return a vector's direction; of none, any."""
+    size = np.linalg.norm(v)
+    return v / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
