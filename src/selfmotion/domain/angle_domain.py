@@ -233,12 +233,26 @@ def blocked_stretches(arm: RedundantArm, path: Path, samples: int, branches: Seq
             )  # fmt: skip
         for low, high in empty:
             if not any(low <= part.r[1] and part.r[0] <= high for part in found):
-                found.append(_blocked_by(arm, path, (low, high), branches))
+                found.append(blocked_by(arm, path, (low, high), branches))
     return sorted(found, key=lambda part: part.r)
 
 
-def _blocked_by(arm: RedundantArm, path: Path, r: tuple[float, float], branches: Sequence[int]) -> Blocked:
-    """Return a stretch where no posture exists with what forbids them: limits alone, or other constraints too."""
+def blocked_by(arm: RedundantArm, path: Path, r: tuple[float, float], branches: Sequence[int]) -> Blocked:
+    """Return a stretch where no posture exists with what forbids them: limits alone, or other constraints too.
+
+    Parameters
+    ----------
+    arm : RedundantArm
+    path : Path
+    r : tuple of float
+        First and last path parameter; the middle is looked at.
+    branches : sequence of int
+        The branches that may be used.
+
+    Returns
+    -------
+    Blocked
+    """
     causes = [cause for cover in _covers(arm, branches) for cause in why_empty(cover, path(0.5 * sum(r)), _COARSE)]
     if not causes:
         return Blocked(r, "joint limits")
