@@ -1,0 +1,1 @@
+"""What stands around an arm: obstacles, and how far they are."""
