@@ -1,0 +1,1 @@
+"""What is around an arm, and the shapes of its links."""
