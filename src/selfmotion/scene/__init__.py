@@ -1,1 +1,1 @@
-"""What stands around an arm: obstacles, and how far they are."""
+"""What stands around an arm, and the shapes of its links: obstacles, how far they are, and what must keep clear of what."""
