@@ -88,11 +88,12 @@ class Blocked:
     r : tuple of float
         First and last path parameter of the stretch.
     cause : str
-        ``"out of reach"`` or ``"joint limits"``.
+        ``"out of reach"``, ``"joint limits"`` or ``"obstacles"``, which stands for all further constraints.
     short_by : float or None
         Largest distance by which the reach falls short there, in the arm's length unit.
     limits : tuple of str
-        What ends the last part of the self-motion that leads on from the start, such as ``"upper limit of θ1"``.
+        What ends the last part of the self-motion that leads on from the start, such as ``"upper limit of θ1"`` or
+        ``"link 3 against obstacle 2"``.
 
     Notes
     -----
@@ -172,6 +173,8 @@ class InfeasibleError(SelfMotionError):
             remedy = "move the path or the base"
         elif worst.cause == "start and end":
             remedy = "ask for another start or end"
+        elif worst.cause == "obstacles":
+            remedy = "move the obstacles or the path, or ask for less clearance"
         super().__init__(
             f"no continuous motion exists: {worst.cause}{by}{limits} for r in "
             f"[{worst.r[0]:.6g}, {worst.r[1]:.6g}]{more}",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike
 
 from selfmotion._checks import finite_array, positive
 from selfmotion._types import BoolArray, FloatArray
+from selfmotion.constrained import constraints_of
+from selfmotion.constrained.between import straight, unsure
 from selfmotion.errors import InvalidInputError
 from selfmotion.problem import Problem
 from selfmotion.verification import Failure, closure_failures, elbow_failures, end_failures, finite_or_none
@@ -43,8 +45,8 @@ class Tolerances:
     step: float = 0.5
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            positive(field.name, getattr(self, field.name))
+        for each in fields(self):
+            positive(each.name, getattr(self, each.name))
 
     @classmethod
     def given(cls, tolerances: Tolerances | None) -> Tolerances:
@@ -76,6 +78,8 @@ class Judgement:
     failures : tuple of Failure
         The worst of each kind, empty if the motion holds.
     tolerances : Tolerances
+    margins : dict
+        Least margin of each further constraint at the rows, by its check, such as ``"clearance"``.
     """
 
     max_tracking_error: float
@@ -87,6 +91,7 @@ class Judgement:
     l2_travel: float
     failures: tuple[Failure, ...]
     tolerances: Tolerances
+    margins: dict[str, float] = field(default_factory=dict)
 
     @property
     def holds(self) -> bool:
@@ -167,10 +172,11 @@ def judge(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Tolerances |
     Checked are: the tool on the path at the rows and half-way between them, joint limits, the elbow,
     start and end posture, closure of a cyclic motion, the whole of [0, 1] covered, and continuity. A step
     breaks continuity if it exceeds ``step``, or if it is eight times faster in r than the steps before and after it.
+    Further constraints must be kept at the rows, and between them with the joints on straight lines, wherever on these.
     """
     motion = measured(problem, r, q, tolerances)
     r, q, allowed = motion.r, motion.q, motion.allowed
-    checks = (_coverage, _tracking, _limits, _continuity, _elbow, _ends)
+    checks = (_coverage, _tracking, _limits, _continuity, _elbow, _ends, _constraints)
     return Judgement(
         max_tracking_error=float(motion.miss.max()),
         max_tracking_error_between=float(motion.between.max()),
@@ -181,6 +187,7 @@ def judge(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Tolerances |
         l2_travel=float(np.linalg.norm(motion.steps, axis=1).sum()),
         failures=tuple(failure for check in checks for failure in check(motion)),
         tolerances=allowed,
+        margins={c.check: float(c.margins(q).min()) for c in constraints_of(problem.arm)},
     )
 
 
@@ -287,3 +294,21 @@ def _elbow(motion: Sampled) -> Iterator[Failure]:
 def _ends(motion: Sampled) -> Iterator[Failure]:
     yield from end_failures(motion.problem, motion.q)
     yield from closure_failures(motion.problem, motion.q)
+
+
+def _constraints(motion: Sampled) -> Iterator[Failure]:
+    """One failure per constraint: the worst row, or a place between rows that is not surely clear."""
+    r, q = motion.r, motion.q
+    for constraint in constraints_of(motion.problem.arm):
+        margins = constraint.margins(q)
+        row = int(margins.min(axis=1).argmin())
+        if margins[row].min() < -constraint.tolerance:
+            failure = motion.failure(constraint.check, row, margins[row].min(), -constraint.tolerance)
+            yield replace(failure, cause=constraint.cause(int(margins[row].argmin())))
+            continue
+        rows = np.arange(len(q), dtype=float)  # r may stand still between them
+        place = unsure(constraint, straight(rows, q), rows, q)
+        if place is not None:
+            row, at = int(place.r), float(np.interp(place.r, rows, r))
+            failure = motion.failure(constraint.check, row, place.margin, -constraint.tolerance)
+            yield replace(failure, r=at, cause=constraint.cause(place.which))

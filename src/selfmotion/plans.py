@@ -195,11 +195,14 @@ class Plan:
     def summary(self) -> dict[str, Any]:
         """Return the result as the command line's ``--json`` prints it.
 
-        ``l2_waypoints``, ``estimated_bound`` and ``estimated_gap`` are there only if they are known.
+        ``l2_waypoints``, ``estimated_bound`` and ``estimated_gap`` are there only if they are known, and ``margins``, of
+        constraints beyond joint limits, only if there are any.
         """
         check = self.verification
         names = ("l2_waypoints", "estimated_bound", "estimated_gap")
         more = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        if check.margins:
+            more["margins"] = check.margins
         return result_object(
             status="solved" if check.holds else "unknown",
             cost=self.cost,

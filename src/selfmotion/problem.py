@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +16,7 @@ from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms import RedundantArm
 from selfmotion.arms.protocols import length_unit, u_period, u_steps
+from selfmotion.constrained import ConstrainedArm, Constraint, constraints_of
 from selfmotion.domain import DomainStructure, angle_domain, blocked_at, blocked_stretches, out_of_reach
 from selfmotion.errors import Blocked, InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
@@ -23,6 +24,9 @@ from selfmotion.paths import Path
 from selfmotion.paths.base import PLANE, POSE, SPACE
 from selfmotion.quadrature import GAUSS, DyadicGauss, dyadic_gauss
 from selfmotion.units import contradiction, too_small
+
+if TYPE_CHECKING:
+    from selfmotion.scene import Obstacle, Scene
 
 MAX_SAMPLES = 1_000_000
 # A posture given by its joints must have the tool on the path to this part of the reach.
@@ -78,6 +82,16 @@ class Problem:
         See :mod:`selfmotion.objectives`.
     samples : int
         Number of samples N of the chord sum and of the trajectory, ends included.
+    obstacles : sequence of Obstacle
+        What no link may come near, see :mod:`selfmotion.scene`: in the plane of a planar arm, or in the frame of the
+        base of an arm in space.
+    clearance : float
+        Least distance between links and obstacles, in the unit of length.
+    self_collision : bool
+        Whether links that are not neighbours must not touch each other.
+    least_singular_value : float, optional
+        Least singular value that the task's Jacobian may have, lengths as parts of the reach: how far from singular
+        postures the motion stays.
 
     Raises
     ------
@@ -96,12 +110,18 @@ class Problem:
         weights: ArrayLike | None = None,
         objective: str = "joint_travel",
         samples: int = 1000,
+        obstacles: Sequence[Obstacle] = (),
+        clearance: float = 0.0,
+        self_collision: bool = False,
+        least_singular_value: float | None = None,
     ) -> None:
         for name, given, wanted in (("arm", arm, RedundantArm), ("path", path, Path)):
             if not isinstance(given, wanted):
                 raise InvalidInputError(name, f"is a {type(given).__name__}", f"give the {name} itself")
         _check_dimensions(arm, path)
-        self.arm = arm
+        self.scene, constraints = _constraints(arm, obstacles, clearance, self_collision, least_singular_value)
+        self.least_singular_value = least_singular_value
+        self.arm = ConstrainedArm(arm, constraints) if constraints else arm
         self.path = path
         self.path_unit: str | None = None  # of its lengths, where it was converted to one
         self.samples = integer("samples", samples, 2, MAX_SAMPLES)
@@ -316,6 +336,21 @@ class Problem:
                 self.feasible_at(r),
                 (posture.u if posture.q is None else posture.q).tolist(),
             )
+        self._check_constraints(name, posture, [tried_q for off, tried_q in tried if off.max() <= _ON_LIMIT], r)
+
+    def _check_constraints(self, name: str, posture: Posture, found: list[FloatArray], r: float) -> None:
+        """Refuse a posture of which all that limits allow, `found`, break another constraint."""
+        for constraint in constraints_of(self.arm):
+            margins = [constraint.margins(q[None])[0] for q in found]
+            best = max(margins, key=lambda each: float(each.min()))
+            if best.min() < -constraint.tolerance:
+                given = posture.u if posture.q is None else posture.q
+                raise InvalidInputError(
+                    f"{name}.{'u' if posture.q is None else 'q'}",
+                    f"does not keep the {constraint.check} asked for: {constraint.cause(int(best.argmin()))} lacks "
+                    f"{-float(best.min()):.6g}{constraint.unit}",
+                    self.feasible_at(r), given.tolist(),
+                )  # fmt: skip
 
     def feasible_at(self, r: float) -> str:
         """Return in words where u may lie at `r`."""
@@ -337,7 +372,27 @@ class Problem:
     def may_start_at(self, u: FloatArray, branch: int) -> bool:
         """Return whether a motion on `branch` may start with redundancy vector `u`."""
         q, ok = self.arm.solve(self.path(0.0), u, branch)
-        return bool(ok) and bool((self.arm.limits.excess(q) <= _ON_LIMIT).all())
+        if not ok or (self.arm.limits.excess(q) > _ON_LIMIT).any():
+            return False
+        return all((c.margins(q[None]) >= -c.tolerance).all() for c in constraints_of(self.arm))
+
+
+def _constraints(
+    arm: RedundantArm, obstacles: Sequence[Obstacle], clearance: float, self_collision: bool, least: float | None
+) -> tuple[Scene | None, list[Constraint]]:
+    """Return the scene, None if nothing is in it, and all constraints beyond joint limits."""
+    found: list[Constraint] = []
+    scene = None
+    if len(obstacles) or self_collision or clearance:
+        from selfmotion.scene import Scene  # compiled kernels, which few need
+
+        scene = Scene(arm, obstacles, clearance, self_collision)
+        found = [scene] if len(obstacles) or self_collision else []
+    if least is not None:
+        from selfmotion.constrained.singularity import SingularityMargin
+
+        found.append(SingularityMargin(arm, least))
+    return scene, found
 
 
 def _check_dimensions(arm: RedundantArm, path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,8 @@ import numpy as np
 from selfmotion._blocks import in_blocks
 from selfmotion._types import FloatArray, IntArray
 from selfmotion.arms.protocols import u_steps
+from selfmotion.constrained import constraints_of
+from selfmotion.constrained.between import Unsure, unsure
 from selfmotion.paths.base import PLANE
 from selfmotion.problem import ANGLE, Problem
 
@@ -37,7 +39,7 @@ class Failure:
     Attributes
     ----------
     check : str
-        ``"tracking"``, ``"limits"``, ``"continuity"``, ``"elbow"``, ``"branch"``, ``"start"``, ``"end"`` or
+        ``"tracking"``, ``"limits"``, ``"clearance"``, ``"singularity"``, ``"continuity"``, ``"elbow"``, ``"branch"``, ``"start"``, ``"end"`` or
         ``"closure"``; of a sampled motion also ``"tracking_between"`` or ``"coverage"``.
     r : float
         Where along the path.
@@ -47,6 +49,8 @@ class Failure:
         Joint concerned, counted from 1.
     row : int or None
         Data row of a trajectory file, counted from 1; the last one where a motion does not close.
+    cause : str
+        What is not kept, in words, such as ``"link 3 against obstacle 2"``; empty where check and joint say it.
     """
 
     check: str
@@ -55,10 +59,11 @@ class Failure:
     allowed: float
     joint: int | None = None
     row: int | None = None
+    cause: str = ""
 
     def __str__(self) -> str:
         place = f"r = {self.r:.6g}" + ("" if self.row is None else f", data row {self.row}")
-        who = "" if self.joint is None else f" of joint {self.joint}"
+        who = f" of joint {self.joint}" if self.joint is not None else f" ({self.cause})" if self.cause else ""
         return f"{self.check}{who} at {place}: {self.value:.9g}, allowed {self.allowed:.9g}"
 
 
@@ -76,12 +81,16 @@ class Verification:
         Largest change of a joint between two rows [rad].
     failures : tuple of Failure
         Empty if the motion holds.
+    margins : dict
+        Least margin of each further constraint by its check, such as ``{"clearance": 0.02}``: what is left of the
+        clearance asked for.
     """
 
     max_tracking_error: float
     min_limit_margin: float | None
     max_joint_step: float
     failures: tuple[Failure, ...]
+    margins: dict[str, float] = field(default_factory=dict)
 
     @property
     def holds(self) -> bool:
@@ -131,19 +140,21 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
     -----
     The motion is looked at four times per sample interval; dips that may go deeper in between are zoomed into, and the
     largest steps bisected: a step that does not shrink is a jump, and so is one across which the path is left. This
-    finds what a sample misses; it is no proof.
+    finds what a sample misses; it is no proof. Further constraints must surely be kept in between, see
+    :func:`~selfmotion.constrained.between.unsure`.
     """
-    arm, path = problem.arm, problem.path
+    arm, path, constraints = problem.arm, problem.path, constraints_of(problem.arm)
     rows = problem.rows
     grid = np.union1d(_refined(rows), path.breaks)
 
     def slack(r: FloatArray, q: FloatArray) -> FloatArray:
-        """Column 0: minus the tracking error; the others: the limit margins."""
-        return np.column_stack([-arm.task_error(q, path(r)), arm.margins(q)])
+        """Column 0: minus the tracking error; then the limit margins, and those of further constraints."""
+        further = [constraint.margins(q).min(axis=1) / constraint.scale for constraint in constraints]
+        return np.column_stack([-arm.task_error(q, path(r)), arm.margins(q), *further])
 
     looked_at = in_blocks(motion, grid, _AT_ONCE)
     seen = in_blocks(lambda k: slack(grid[k], looked_at[k]), np.arange(len(grid)), _AT_ONCE)
-    at, least = _least(lambda r: slack(r, motion(r)), grid, seen, TRACKING * arm.reach)
+    at, least = _least(lambda r: slack(r, motion(r)), grid, seen, TRACKING * arm.reach, arm.n)
     jump = _largest_jump(motion, lambda q, r: arm.task_error(q, path(r)), grid, looked_at)
     if jump.off > -least[0]:
         at[0], least[0] = jump.lost, -jump.off
@@ -151,13 +162,24 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
     if -least[0] > TRACKING * arm.reach:
         failures.append(Failure("tracking", at[0], -least[0], TRACKING * arm.reach))
     failures += [Failure("limits", at[j], least[j], -LIMIT, joint=j) for j in range(1, arm.n + 1) if least[j] < -LIMIT]
+    margins = {}
+    for k, constraint in enumerate(constraints, arm.n + 1):
+        margins[constraint.check] = margin = least[k] * constraint.scale
+        place: Unsure | None = Unsure(at[k], margin, -1)
+        if margin >= -constraint.tolerance:
+            place = unsure(constraint, motion, grid, looked_at)
+        if place is not None:
+            which = int(constraint.margins(motion(np.array([place.r])))[0].argmin())
+            failures.append(
+                Failure(constraint.check, place.r, place.margin, -constraint.tolerance, cause=constraint.cause(which))
+            )
     found = elbow_failures(problem, grid, looked_at) + end_failures(problem, looked_at)
     found += closure_failures(problem, looked_at)
     failures += [replace(failure, row=None) for failure in found]  # a continuous motion has no rows
     if jump.step > JUMP:
         failures.append(Failure("continuity", jump.r, jump.step, JUMP, joint=jump.joint + 1))
     step = float(np.abs(np.diff(looked_at[np.searchsorted(grid, rows)], axis=0)).max())
-    return Verification(-least[0], finite_or_none(min(least[1:])), step, tuple(failures))
+    return Verification(-least[0], finite_or_none(min(least[1 : arm.n + 1])), step, tuple(failures), margins)
 
 
 def elbow_failures(problem: Problem, r: FloatArray, q: FloatArray) -> list[Failure]:
@@ -246,19 +268,21 @@ def _refined(rows: FloatArray) -> FloatArray:
 
 
 def _least(
-    slack: Callable[[FloatArray], FloatArray], grid: FloatArray, values: FloatArray, tracking: float
+    slack: Callable[[FloatArray], FloatArray], grid: FloatArray, values: FloatArray, tracking: float, limits: int
 ) -> tuple[list[float], list[float]]:
     """Return, per column of `slack`, where it is least and how much: `values` on the grid, zoomed where that matters.
 
-    It does where the error may be more than `tracking`, and limit margins less than allowed or the least of all.
+    It does where the error may be more than `tracking`, and the margins of `limits` less than allowed or the least of
+    all; of further margins the least is wanted in any case.
     """
-    margin = max(float(values[:, 1:].min()), -LIMIT)
+    margin = max(float(values[:, 1 : limits + 1].min()), -LIMIT)
     where, least = [], []
     for column in range(values.shape[1]):
         series = values[:, column]
         best = int(np.argmin(series))
         at, value = float(grid[best]), float(series[best])
-        worst = _dips(series, min(value, margin if column else -tracking)) if np.isfinite(value) else np.empty(0, int)
+        bar = -tracking if not column else margin if column <= limits else value
+        worst = _dips(series, min(value, bar)) if np.isfinite(value) else np.empty(0, int)
         if len(worst):
             low, high = grid[np.maximum(worst - 1, 0)], grid[np.minimum(worst + 1, len(grid) - 1)]
             for _ in range(_ZOOMS):

@@ -15,7 +15,6 @@ import numpy as np
 from selfmotion._checks import choice, finite_array
 from selfmotion._types import FileName, FloatArray, Limits, Rail, ToolFrame
 from selfmotion.arms.chain import Chain
-from selfmotion.arms.limits import JointLimits
 from selfmotion.arms.protocols import RedundantArm
 from selfmotion.arms.urdf import load_chain, read_chain
 from selfmotion.errors import InvalidInputError
@@ -310,8 +309,7 @@ def _equipped(chain: Chain, tool: Any, limits: Limits, rail: Any) -> Chain:
     if tool is not None:
         chain = chain.with_tool(_transform("tool", tool))
     if limits is not None:
-        given = JointLimits(limits, chain.n, chain.prismatic)
-        chain = Chain(chain.names, chain.offsets, given, chain.prismatic, chain.velocity, chain.base, chain.tip)
+        chain = chain.with_limits(limits)
     return chain if rail is None else _railed(chain, rail)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from selfmotion._checks import contains_text, finite_array, integer, number, read_only
 from selfmotion._types import BoolArray, FloatArray, Limits
 from selfmotion.arms.limits import JointLimits
+from selfmotion.arms.shapes import Shapes
 from selfmotion.errors import InvalidInputError
 
 MAX_JOINTS = 1000
@@ -35,6 +36,8 @@ class Chain:
         Maximal joint speeds [rad/s, m/s for prismatic joints], infinite where there is none.
     base, tip : str
         Names of the frames at both ends.
+    shapes : Shapes, optional
+        What its links look like to collision checks; nothing by default.
 
     Attributes
     ----------
@@ -44,8 +47,8 @@ class Chain:
     Raises
     ------
     InvalidInputError
-        If shapes do not fit, a speed is not positive, or an offset is not a rigid transform: its rotation must be
-        orthonormal to 1e-9 and keep handedness.
+        If arrays do not fit, a speed is not positive, a capsule has the frame of no joint, or an offset is not a rigid
+        transform: its rotation must be orthonormal to 1e-9 and keep handedness.
 
     Notes
     -----
@@ -62,6 +65,7 @@ class Chain:
         velocity: ArrayLike | None = None,
         base: str = "base",
         tip: str = "tip",
+        shapes: Shapes | None = None,
     ) -> None:
         self.names = _checked_names(names)
         self.n = len(self.names)
@@ -81,6 +85,9 @@ class Chain:
             self.limits = JointLimits(self.limits.as_list(), self.n, self.prismatic)
         self.velocity = _checked_speeds(velocity, self.n)
         self.base, self.tip = base, tip
+        self.shapes = Shapes() if shapes is None else shapes
+        if any(part.frame >= self.n for part in self.shapes.capsules):
+            raise InvalidInputError("shapes", f"has a frame that {self.n} joints do not have", "count joints from 0")
 
     def __repr__(self) -> str:
         return f"Chain({self.base!r} to {self.tip!r}, joints {', '.join(self.names)})"
@@ -132,7 +139,28 @@ class Chain:
             raise InvalidInputError("transform", f"has shape {tool.shape}", "give shape (4, 4)")
         _check_rigid("transform", tool)
         offsets = np.concatenate([self.offsets[:-1], self.offsets[-1:] @ tool])
-        return self._with(offsets, np.arange(self.n))
+        return self._with(offsets, np.arange(self.n), self.shapes)
+
+    def with_limits(self, limits: JointLimits | Limits) -> Chain:
+        """Return the chain with other joint limits.
+
+        Parameters
+        ----------
+        limits : JointLimits or sequence
+            Per joint ``None`` or ``(lower, upper)``, in radians, in metres for prismatic joints.
+
+        Returns
+        -------
+        Chain
+
+        Raises
+        ------
+        InvalidInputError
+            If there are not n of them, or an interval is reversed.
+        """
+        return Chain(
+            self.names, self.offsets, limits, self.prismatic, self.velocity, self.base, self.tip, self.shapes
+        )
 
     def on_rail(self, axis: ArrayLike, limits: ArrayLike, name: str = "rail") -> Chain:
         """Return the chain with its base on a rail: a prismatic joint before all others.
@@ -161,11 +189,11 @@ class Chain:
             raise InvalidInputError("axis", "is zero", "give the direction of the rail")
         if ends[0] > ends[1]:
             raise InvalidInputError("limits", "is reversed", "write the lower limit first", ends.tolist())
-        turn = _from_z(along)
+        turn = turn_from_z(along)
         offsets = np.concatenate([turn[None], [turn.T @ self.offsets[0]], self.offsets[1:]])
         return Chain(
             [name, *self.names], offsets, [ends.tolist(), *self.limits.as_list()], np.append(True, self.prismatic),
-            np.append(np.inf, self.velocity), self.base, self.tip,
+            np.append(np.inf, self.velocity), self.base, self.tip, self.shapes.on_rail(turn),
         )  # fmt: skip
 
     def locked(self, joint_index: int, value: float) -> Chain:
@@ -196,11 +224,29 @@ class Chain:
         if not low <= held <= high:
             why = f"is outside the limits [{low:g}, {high:g}] of joint {self.names[j]}"
             raise InvalidInputError("value", why, "give a number inside", value)
-        merged = self._moved(self.offsets[j], j, np.array(held)) @ self.offsets[j + 1]
-        offsets = np.concatenate([self.offsets[:j], merged[None], self.offsets[j + 2 :]])
-        return self._with(offsets, np.delete(np.arange(self.n), j))
+        pose = self._moved(self.offsets[j], j, np.array(held))
+        offsets = np.concatenate([self.offsets[:j], (pose @ self.offsets[j + 1])[None], self.offsets[j + 2 :]])
+        return self._with(offsets, np.delete(np.arange(self.n), j), self.shapes.locked(j, pose))
 
-    def _with(self, offsets: FloatArray, kept: np.ndarray) -> Chain:
+    def with_shapes(self, shapes: Shapes) -> Chain:
+        """Return the chain with other shapes of its links.
+
+        Parameters
+        ----------
+        shapes : Shapes
+
+        Returns
+        -------
+        Chain
+
+        Raises
+        ------
+        InvalidInputError
+            If a capsule has the frame of no joint.
+        """
+        return self._with(self.offsets, np.arange(self.n), shapes)
+
+    def _with(self, offsets: FloatArray, kept: np.ndarray, shapes: Shapes) -> Chain:
         """Return a chain of the joints `kept` between other offsets."""
         limits = self.limits.as_list()
         return Chain(
@@ -211,6 +257,7 @@ class Chain:
             self.velocity[kept],
             self.base,
             self.tip,
+            shapes,
         )
 
     def _moved(self, pose: FloatArray, j: int, value: FloatArray) -> FloatArray:
@@ -258,13 +305,13 @@ def turned_to_z(origins: ArrayLike, axes: ArrayLike) -> FloatArray:
     for j, axis in enumerate(given):
         if not axis.any():
             raise InvalidInputError(f"axes.{j}", "is zero", "give the direction of the joint's axis")
-        turn = _from_z(axis)
+        turn = turn_from_z(axis)
         offsets[j] = offsets[j] @ turn
         offsets[j + 1] = turn.T @ offsets[j + 1]
     return offsets
 
 
-def _from_z(axis: FloatArray) -> FloatArray:
+def turn_from_z(axis: FloatArray) -> FloatArray:
     """Return the smallest rotation that takes z to `axis`, as a 4 × 4 transform."""
     x, y, z = axis
     across = np.hypot(x, y)

@@ -220,10 +220,7 @@ class ChainArm(ABC):
         """Return the same arm with joint limits that give by `slack`, upper ones by `upper` if it is given [rad]."""
         more = np.asarray(slack if upper is None else upper, dtype=float)
         ends = zip(self.limits.lower - np.asarray(slack, dtype=float), self.limits.upper + more, strict=True)
-        chain = self.chain
-        return self._of(
-            Chain(chain.names, chain.offsets, list(ends), chain.prismatic, chain.velocity, chain.base, chain.tip)
-        )
+        return self._of(self.chain.with_limits(list(ends)))
 
     @abstractmethod
     def _of(self, chain: Chain) -> Self:

@@ -98,6 +98,10 @@ class CurveSelfMotion:
         """Which joints are full turns, shape (n,); those without limits on both sides are."""
         return ~(np.isfinite(self.limits.lower) & np.isfinite(self.limits.upper))
 
+    def excess(self, q: ArrayLike) -> FloatArray:
+        """Return by how much postures (..., n) miss what limits them, zero where they do not."""
+        return self.limits.excess(q)
+
     def pose(self, x: ArrayLike) -> FloatArray:
         """Return the constants of task points `x`: the poses, shape (k, 7)."""
         return np.asarray(x, dtype=float).reshape(-1, 7)

@@ -46,6 +46,9 @@ class PlanarArm:
     placement : mapping, optional
         Where the arm stands in space, for what is written for others; see :class:`~selfmotion.arms.ArmPlacement`. Tool,
         path and plan stay in the arm's plane.
+    thickness : float or array_like, shape (n,)
+        Width of the links, of all or of each, in the unit of their lengths: what obstacles are kept clear of are
+        capsules of half that radius about the lines from joint to joint.
 
     Attributes
     ----------
@@ -75,7 +78,12 @@ class PlanarArm:
     rigorous = True
 
     def __init__(
-        self, links: Vector, limits: Limits = None, direction: float | None = None, placement: ArmPlace = None
+        self,
+        links: Vector,
+        limits: Limits = None,
+        direction: float | None = None,
+        placement: ArmPlace = None,
+        thickness: float | Vector = 0.0,
     ) -> None:
         self.links = read_only(finite_array("links", links, 1))
         self.n = len(self.links)
@@ -96,9 +104,11 @@ class PlanarArm:
         self.direction = None if direction is None else number("direction", direction, -1e3, 1e3)
         self.n_u = self.n - 2 - (self.direction is not None)
         self.placement = ArmPlacement.of("placement", placement, self.n)
+        self.thickness = read_only(_thicknesses(thickness, self.n))
 
     def __repr__(self) -> str:
         extra = "" if self.direction is None else f", direction={self.direction!r}"
+        extra += f", thickness={self.thickness.tolist()}" if self.thickness.any() else ""
         return f"PlanarArm(links={self.links.tolist()}, limits={self.limits.as_list()}{extra})"
 
     @property
@@ -344,7 +354,7 @@ class PlanarArm:
         """
         more = np.asarray(slack if upper is None else upper, dtype=float)
         ends = zip(self.limits.lower - np.asarray(slack, dtype=float), self.limits.upper + more, strict=True)
-        return PlanarArm(self.links, list(ends), self.direction, self.placement)
+        return PlanarArm(self.links, list(ends), self.direction, self.placement, self.thickness)
 
     def u_of(self, q: ArrayLike) -> FloatArray:
         """Return the redundancy vector of a posture, in [−π, π], shape (..., n_u)."""
@@ -502,3 +512,15 @@ class PlanarArm:
             value = self.direction if last is None else last
             directions = np.concatenate([directions, np.full((*directions.shape[:-1], 1), value)], axis=-1)
         return points, directions
+
+
+def _thicknesses(given: float | Vector, n: int) -> FloatArray:
+    """Return the width of each link, shape (n,)."""
+    one = np.ndim(given) == 0
+    widths = np.full(n, number("thickness", given)) if one else finite_array("thickness", given, 1, n)
+    if (widths < 0.0).any():
+        j = int(np.argmax(widths < 0.0))
+        raise InvalidInputError(
+            "thickness" if one else f"thickness.{j}", "must not be negative", "give a width", float(widths[j])
+        )
+    return widths

@@ -57,6 +57,10 @@ class PlanarLine:
         """Which joints are full turns, shape (n,); those without limits are."""
         return ~self.limits.limited
 
+    def excess(self, q: ArrayLike) -> FloatArray:
+        """Return by how much postures (..., n) miss what limits them, zero where they do not."""
+        return self.limits.excess(q)
+
     def pose(self, x: ArrayLike) -> FloatArray:
         """Return the constants of task points `x`: the points, shape (k, 2)."""
         return np.asarray(x, dtype=float).reshape(-1, 2)

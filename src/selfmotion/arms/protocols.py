@@ -113,6 +113,10 @@ class SelfMotion(Protocol):
         """Return the constants of task points `x`, shape (k, dimension)."""
         ...
 
+    def excess(self, q: ArrayLike) -> FloatArray:
+        """Return by how much postures (..., n) miss each constraint, whole turns being free, shape (..., c)."""
+        ...
+
     def solve(self, pose: Any, u: ArrayLike, branch: int) -> tuple[FloatArray, BoolArray]:
         """Return postures (k, m, n) and whether they reach, for parameters `u` (k, m)."""
         ...

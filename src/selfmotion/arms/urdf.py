@@ -1,7 +1,7 @@
-"""Arms from URDF files: the chain of joints from one link to another, and nothing else of the file.
+"""Arms from URDF files: the chain of joints from one link to another, and the collision shapes of what it moves.
 
 URDF: the robot description format of ROS, its joints said by origin (xyz, and rpy as fixed-axis roll, pitch, yaw), axis
-and limits. Meshes, masses, collision shapes, transmissions and all joints off the chain are passed over.
+and limits. Meshes, masses, transmissions and all joints off the chain are passed over.
 """
 
 from __future__ import annotations
@@ -14,9 +14,12 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from selfmotion._checks import angles, finite_array, is_file_name, number
+from selfmotion._checks import finite_array, is_file_name
 from selfmotion._types import FloatArray
-from selfmotion.arms.chain import Chain, turned_to_z
+from selfmotion.arms.chain import Chain, turn_from_z, turned_to_z
+from selfmotion.arms.shapes import BASE, Shapes
+from selfmotion.arms.urdf_numbers import written_number, written_numbers, written_pose
+from selfmotion.arms.urdf_shapes import Placed, shapes_of
 from selfmotion.errors import InvalidInputError
 
 MAX_SIZE = 10_000_000
@@ -106,10 +109,13 @@ def read_chain(text: str, base: str | None = None, tip: str | None = None) -> Ch
     """
     if not isinstance(text, str):
         raise InvalidInputError("urdf", "is not text", "give the file's text", text)
-    links, joints = _tree(_parsed(text))
+    robot = _parsed(text)
+    links, joints = _tree(robot)
     above = _above(links, joints)
     start, end = _ends(links, joints, above, base, tip)
-    return _chain(_way(above, start, end), start, end)
+    way = _way(above, start, end)
+    chain = _chain(way, start, end)
+    return chain.with_shapes(_shapes(robot, joints, way, start))
 
 
 def _text(path: Path) -> str:
@@ -310,7 +316,7 @@ def _chain(way: list[_Joint], base: str, tip: str) -> Chain:
     pose = np.eye(4)
     for joint in way:
         _check_kind(joint)
-        pose = pose @ _origin(joint)
+        pose = pose @ written_pose(joint.field("origin"), joint.element)
         if joint.kind == "fixed":
             continue
         names.append(joint.name)
@@ -323,6 +329,37 @@ def _chain(way: list[_Joint], base: str, tip: str) -> Chain:
     if not names:
         raise InvalidInputError("tip", f"moves with {base!r}: no joint between them can turn", "name other links", tip)
     return Chain(names, turned_to_z([*origins, pose], axes), limits, kinds, speeds, base, tip)
+
+
+def _shapes(robot: ElementTree.Element, joints: list[_Joint], way: list[_Joint], base: str) -> Shapes:
+    """Return the shapes of all links that move with one on the way."""
+    moving = [joint.name for joint in way if joint.kind != "fixed"]
+    near: dict[str, list[_Joint]] = {}
+    for joint in joints:
+        near.setdefault(joint.parent, []).append(joint)
+        near.setdefault(joint.child, []).append(joint)
+    places, lost = {base: Placed(BASE, np.eye(4))}, {}
+    pending = [base]
+    while pending:
+        link = pending.pop()
+        here = places[link]
+        for joint in near.get(link, []):
+            other = joint.parent if joint.child == link else joint.child
+            if other in places:
+                continue
+            if joint.kind == "fixed":
+                try:
+                    step = written_pose(joint.field("origin"), joint.element)
+                except InvalidInputError as error:  # of a joint off the way, which arms without obstacles do not need
+                    lost[other] = f"hangs on a joint that is not read: {error}"
+                    continue
+                places[other] = Placed(here.frame, here.pose @ (step if joint.parent == link else np.linalg.inv(step)))
+            elif joint.name in moving and joint.parent == link:
+                places[other] = Placed(moving.index(joint.name), turn_from_z(_axis(joint)).T)
+            else:
+                continue
+            pending.append(other)
+    return shapes_of(robot, places, lost)
 
 
 def _check_kind(joint: _Joint) -> None:
@@ -339,30 +376,15 @@ def _check_kind(joint: _Joint) -> None:
         raise InvalidInputError(joint.field("mimic"), why, "name a base and tip between which there is none")
 
 
-def _origin(joint: _Joint) -> FloatArray:
-    """Return the joint's frame in its parent link's, ``Trans(xyz) Rz(yaw) Ry(pitch) Rx(roll)``."""
-    origin = joint.element.find("origin")
-    pose = np.eye(4)
-    if origin is None:
-        return pose
-    pose[:3, 3] = finite_array(joint.field("origin.xyz"), _three(joint, origin, "xyz", "0 0 0"), 1, 3)
-    turn = angles(joint.field("origin.rpy"), _three(joint, origin, "rpy", "0 0 0"), 3)
-    (c1, c2, c3), (s1, s2, s3) = np.cos(turn), np.sin(turn)
-    about_x = np.array([[1, 0, 0], [0, c1, -s1], [0, s1, c1]])
-    about_y = np.array([[c2, 0, s2], [0, 1, 0], [-s2, 0, c2]])
-    about_z = np.array([[c3, -s3, 0], [s3, c3, 0], [0, 0, 1]])
-    pose[:3, :3] = about_z @ about_y @ about_x
-    return pose
-
-
 def _axis(joint: _Joint) -> FloatArray:
     """Return the joint's axis, x if none is written, as URDF has it."""
     element = joint.element.find("axis")
     if element is None:
         return np.array([1.0, 0.0, 0.0])
-    axis = finite_array(joint.field("axis.xyz"), _three(joint, element, "xyz", "1 0 0"), 1, 3)
+    where = joint.field("axis.xyz")
+    axis = finite_array(where, written_numbers(where, element, "xyz", 3, "1 0 0"), 1, 3)
     if not axis.any():
-        raise InvalidInputError(joint.field("axis.xyz"), "is zero", "give the direction of the joint's axis")
+        raise InvalidInputError(where, "is zero", "give the direction of the joint's axis")
     return axis
 
 
@@ -378,8 +400,8 @@ def _limits(joint: _Joint) -> tuple[float, float] | None:
         if joint.kind == "revolute":
             remedy += ", or write continuous if it turns freely"
         raise InvalidInputError(joint.field("limit"), "has no limits", remedy)
-    lower = _number(joint.field("limit.lower"), ends[0])
-    upper = _number(joint.field("limit.upper"), ends[1])
+    lower = written_number(joint.field("limit.lower"), ends[0])
+    upper = written_number(joint.field("limit.upper"), ends[1])
     if lower > upper:
         raise InvalidInputError(joint.field("limit"), "is reversed", "lower must not exceed upper", [lower, upper])
     return lower, upper
@@ -391,34 +413,11 @@ def _speed(joint: _Joint) -> float:
     text = None if element is None else element.get("velocity")
     if text is None:
         return np.inf
-    speed = _number(joint.field("limit.velocity"), text)
+    speed = written_number(joint.field("limit.velocity"), text)
     if not speed > 0:
         remedy = "give the maximal speed, or leave velocity out if there is none"
         raise InvalidInputError(joint.field("limit.velocity"), "must be greater than zero", remedy, speed)
     return speed
-
-
-def _three(joint: _Joint, element: ElementTree.Element, name: str, default: str) -> list[float]:
-    """Return three numbers of an attribute."""
-    field = joint.field(f"{element.tag}.{name}")
-    text = element.get(name, default)
-    words = text.split()
-    if len(words) != 3:
-        raise InvalidInputError(field, f"needs three numbers and has {len(words)}", "put spaces between them", text)
-    return [_number(field, word) for word in words]
-
-
-def _number(field: str, text: str) -> float:
-    """Return a written number, which must be finite."""
-    # Python would take 1_000, and digits of other scripts.
-    if "_" in text or not text.isascii():
-        raise InvalidInputError(field, "is not a number", "write it like -1.5 or 2e-3", text)
-    try:
-        value = float(text)
-    except ValueError:
-        remedy = "expand the xacro template first" if "${" in text else "write it like -1.5 or 2e-3"
-        raise InvalidInputError(field, "is not a number", remedy, text) from None
-    return number(field, value)
 
 
 def _attribute(element: ElementTree.Element, name: str, field: str, what: str) -> str:

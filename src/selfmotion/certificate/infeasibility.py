@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from dataclasses import dataclass
+
+import numpy as np
 
 from selfmotion.arms import Cause
 from selfmotion.arms.slabs import SlabCover
 from selfmotion.certificate.chains import Chains, Ends
 from selfmotion.certificate.joined import earliest, ends, leads_on, parts_at_start, sheets_at_end, with_arm
 from selfmotion.certificate.needs import needs, needs_of_pose
+from selfmotion.constrained import constraints_of
+from selfmotion.domain import AngleDomain
 from selfmotion.errors import Blocked, InfeasibleError, Need, UndecidedError
 from selfmotion.problem import Problem
 
@@ -18,6 +23,7 @@ _FOR_THE_PROOF = 0.5  # parts of the time that is left
 _BEYOND = (1e-4, 1e-3, 1e-2, 0.1)  # how far beyond a part's computed end it is proved to be over
 _SECONDS_PER_PART = 0.5
 _MOST_PARTS = 8
+_LOOKS, _MOST_CAUSES = 9, 4  # at what ends the self-motion of constrained arms where they are blocked
 
 
 @dataclass(frozen=True)
@@ -110,7 +116,7 @@ def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedErr
         stretch, causes = _stretch(problem)
         deaths = _deaths(problem, cover, deadline)
     else:  # what the boxes tell is all that is known
-        stretch = Blocked((min(proof.earliest, proof.latest), max(proof.earliest, proof.latest)), "joint limits")
+        stretch = _told(problem, (min(proof.earliest, proof.latest), max(proof.earliest, proof.latest)))
         causes, deaths = (), ()
     result = InfeasibilityProof(
         "no chain of overlapping boxes, which hold all postures of the slabs that the path was cut into",
@@ -131,6 +137,21 @@ def unproved(what: str) -> UndecidedError:
         "widen the limits, move the path, or use an arm that is solved in closed form",
         "estimate",
     )
+
+
+def _told(problem: Problem, r: tuple[float, float]) -> Blocked:
+    """Return the stretch in which a proof found no way on; of constrained arms with what ends the self-motion there."""
+    if not constraints_of(problem.arm):
+        return Blocked(r, "joint limits")
+    limiting = ("lower limit", "upper limit", "fold", "marker", "free")
+    seen = Counter(
+        str(cause)
+        for arcs in AngleDomain(problem.arm.self_motion(), problem.path).sample(np.linspace(*r, _LOOKS))
+        for k in range(_LOOKS) for run in arcs.runs(k) for causes in run.causes for cause in causes
+        if cause.kind not in limiting
+    )  # fmt: skip
+    found = tuple(cause for cause, _ in seen.most_common(_MOST_CAUSES))
+    return Blocked(r, "obstacles" if found else "joint limits", limits=found)
 
 
 def _stretch(problem: Problem) -> tuple[Blocked, tuple[Cause, ...]]:

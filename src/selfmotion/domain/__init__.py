@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from selfmotion.domain.angle_domain import AngleDomain, angle_domain, blocked_at, blocked_stretches, out_of_reach
+from selfmotion.domain.angle_domain import (
+    AngleDomain,
+    angle_domain,
+    blocked_at,
+    blocked_by,
+    blocked_stretches,
+    out_of_reach,
+)
 from selfmotion.domain.events import Event
 from selfmotion.domain.feasible import FeasibleArcs, Run, feasible_arcs
 from selfmotion.domain.fibre import Fibre, Interval, fibres
@@ -24,6 +31,7 @@ __all__ = [
     "Sweep",
     "angle_domain",
     "blocked_at",
+    "blocked_by",
     "blocked_stretches",
     "feasible_arcs",
     "fibres",

@@ -13,6 +13,7 @@ from selfmotion._checks import branch_index
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms import RedundantArm, SelfMotion
 from selfmotion.arms.cells import Cover
+from selfmotion.constrained import why_empty
 from selfmotion.domain.feasible import FeasibleArcs, feasible_arcs
 from selfmotion.domain.structure import DomainStructure
 from selfmotion.domain.sweep import Sweep, sweep
@@ -26,6 +27,7 @@ _FEW_BISECTIONS = 20  # where each takes a cover
 _COARSE = 0.3  # spacing of the cells by which a pose is proved to be out of reach [rad]
 _PLACES = 100  # at which poses are looked at where that takes a cover of each
 _AT_ONCE = 10_000  # places along the path
+_MOST_CAUSES = 4  # that are told of what blocks a pose
 _SLACK = 1e-7
 # Beyond reach by less than this part of the reach is on its rim.
 _ROUNDING = 1e-12
@@ -213,8 +215,8 @@ def blocked_stretches(arm: RedundantArm, path: Path, samples: int, branches: Seq
     Returns
     -------
     list of Blocked
-        Out of geometric reach, for any arm; empty because of joint limits, for one redundant degree and a rigorous arm.
-        In the order of the path.
+        Out of geometric reach, for any arm; empty because of joint limits and other constraints, for one redundant
+        degree and a rigorous arm. In the order of the path.
     """
     found = [
         Blocked(ends, "out of reach", float(arm.shortfall(path(np.linspace(*ends, 101))).max()))
@@ -231,8 +233,30 @@ def blocked_stretches(arm: RedundantArm, path: Path, samples: int, branches: Seq
             )  # fmt: skip
         for low, high in empty:
             if not any(low <= part.r[1] and part.r[0] <= high for part in found):
-                found.append(Blocked((low, high), "joint limits"))
+                found.append(blocked_by(arm, path, (low, high), branches))
     return sorted(found, key=lambda part: part.r)
+
+
+def blocked_by(arm: RedundantArm, path: Path, r: tuple[float, float], branches: Sequence[int]) -> Blocked:
+    """Return a stretch where no posture exists with what forbids them: limits alone, or other constraints too.
+
+    Parameters
+    ----------
+    arm : RedundantArm
+    path : Path
+    r : tuple of float
+        First and last path parameter; the middle is looked at.
+    branches : sequence of int
+        The branches that may be used.
+
+    Returns
+    -------
+    Blocked
+    """
+    causes = [cause for cover in _covers(arm, branches) for cause in why_empty(cover, path(0.5 * sum(r)), _COARSE)]
+    if not causes:
+        return Blocked(r, "joint limits")
+    return Blocked(r, "obstacles", limits=tuple(dict.fromkeys(causes))[:_MOST_CAUSES])
 
 
 def _covers(arm: RedundantArm, branches: Sequence[int]) -> list[Cover]:

@@ -152,7 +152,7 @@ def feasible_arcs(
     breaks = self_motion.breakpoints(pose, exact)
     at_point, on_limit = (_LAST_DIGITS, 0.0) if exact else (max(slack, _AT_POINT), max(slack, _ON_LIMIT))
     with np.errstate(invalid="ignore"):
-        holds = (self_motion.limits.excess(breaks.q) <= at_point).all(axis=-1)
+        holds = (self_motion.excess(breaks.q) <= at_point).all(axis=-1)
     folds = np.array([cause.kind == "fold" for cause in breaks.causes])
     nudge = _towards_reach(self_motion, pose, breaks.u, folds) if exact else 0.0
     result = []
@@ -166,7 +166,7 @@ def feasible_arcs(
         high, held_next = np.roll(low, -1, axis=1), np.roll(held, -1, axis=1)
         high[last], held_next[last] = low[:, 0] + TAU, held[:, 0]
         q, ok = self_motion.solve(pose, np.nan_to_num(0.5 * (low + high)), branch)
-        within = (self_motion.limits.excess(q) <= on_limit).all(axis=-1)
+        within = (self_motion.excess(q) <= on_limit).all(axis=-1)
         with np.errstate(invalid="ignore"):
             inside = ok & within & (high - low > _NO_ARC)
             if exact:  # what is too near to a fold for u to tell is decided by the posture at the fold

@@ -10,6 +10,7 @@ import numpy as np
 from selfmotion._blocks import in_blocks
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms import JointLimits, PlanarArm, RedundantArm
+from selfmotion.constrained import constraints_of
 from selfmotion.optimizers import INFEASIBLE, Judged, Swarm, SwarmState, penalised
 from selfmotion.problem import Problem
 from selfmotion.profiles import LinearProfile, Profile, SinusoidProfile
@@ -81,7 +82,8 @@ class Candidates:
 
         The value of a feasible candidate is its chord sum over the samples. One that leaves the angle domain is ranked,
         after all feasible ones, by how far it leaves: by the largest shortfall of reach (in parts of the reach) plus
-        each joint's largest overrun of its limits [rad].
+        each joint's largest overrun of its limits [rad] plus what further constraints lack most, as a part of their
+        scale: how deep a link is in an obstacle, say.
         """
         return in_blocks(self.block, population, candidates_at_once(len(self.r) * self.problem.arm.n))
 
@@ -93,6 +95,7 @@ class Candidates:
         start = None if problem.start is None else problem.start.q
         u = self.profile(population, self.r)
         q, violation = true_joints(problem.arm, limits, self.x, u, self.branch, behind, start)
+        violation += lack(problem.arm, q)
         if carrier is not None and carrier.absolute:
             q[..., 0] += behind
         return penalised(problem.objective.sampled(q, self.r, problem.weights), violation)
@@ -288,6 +291,15 @@ def true_joints(
     violation = np.where(short > _ROUNDING, short, 0.0)
     violation += np.where(lifted.excess > _ROUNDING, lifted.excess, 0.0).sum(axis=1)
     return lifted.q, violation
+
+
+def lack(arm: RedundantArm, q: FloatArray) -> FloatArray:
+    """Return what sampled motions (p, k, n) lack most of each further constraint, as parts of their scales, shape (p,)."""
+    total = np.zeros(len(q))
+    for constraint in constraints_of(arm):
+        worst = constraint.margins(q.reshape(-1, q.shape[-1])).min(axis=1).reshape(q.shape[:2]).min(axis=1)
+        total += np.where(worst < -constraint.tolerance, -worst / constraint.scale, 0.0)
+    return total
 
 
 def _may_be_met(limits: JointLimits, sign: float, start: FloatArray) -> BoolArray:

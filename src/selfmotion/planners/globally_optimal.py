@@ -12,7 +12,8 @@ from selfmotion._types import FloatArray
 from selfmotion.arms.protocols import u_steps
 from selfmotion.certificate.infeasibility import unproved
 from selfmotion.certificate.joined import leads_on
-from selfmotion.errors import Blocked, InfeasibleError, InvalidInputError, NothingFeasibleError, UndecidedError
+from selfmotion.domain import blocked_by
+from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError, UndecidedError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
 from selfmotion.planners.reconfiguration import explained
@@ -154,7 +155,7 @@ class _Search:
                 at = next(part.r for part in tube.slices if not len(part.cells))
                 if not problem.arm.rigorous:
                     raise unproved(f"no posture inside the limits was found at r = {at:.6g}")
-                raise InfeasibleError([Blocked((at, at), "joint limits")])
+                raise InfeasibleError([blocked_by(problem.arm, problem.path, (at, at), problem.elbow_branches)])
             parts = [_Part(tube, spacing)]
             while parts:
                 self._look_at(parts)

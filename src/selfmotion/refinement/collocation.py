@@ -5,6 +5,10 @@ By the convex hull property a spline stays inside joint limits if its coefficien
 
 from __future__ import annotations
 
+import copy
+from functools import cached_property
+from typing import Self
+
 import numpy as np
 
 from selfmotion._types import FloatArray
@@ -36,6 +40,10 @@ class Collocation:
         Collocation points at which the task must be kept; where a posture is fixed it is kept already.
     values : array, shape (k, f)
         The unknowns' basis functions at these points: joints change by ``values @ d.T`` for a step d (n, f).
+    constraints : tuple
+        Further constraints on postures, those of the arm; each with its margins, their gradients and their scale.
+    shift : array, shape (k, m), or float
+        By how much margins at the points must be greater than zero, in units of their scale.
 
     Notes
     -----
@@ -74,8 +82,16 @@ class Collocation:
         self.values, self._fixed_values = self._split(space.design(self.points))
         self._slopes, self._fixed_slopes = self._split(space.design(space.nodes, 1))
         self._sparse_values = csr_array(self.values)
+        self.constraints = tuple(getattr(arm, "constraints", ()))
+        self.shift: FloatArray | float = 0.0
         at_nodes = self._split(space.design(space.nodes))[0]
         self._mass = (at_nodes.T * space.weights) @ at_nodes
+
+    def shifted(self, shift: FloatArray) -> Self:
+        """Return the same with margins (k, m) shifted."""
+        other = copy.copy(self)
+        other.shift = shift
+        return other
 
     @property
     def is_local(self) -> bool:
@@ -120,6 +136,26 @@ class Collocation:
     def miss(self, q: FloatArray) -> float:
         """Return the largest tracking error of postures at the collocation points, as a part of the reach."""
         return float(self.arm.task_error(q, self._targets).max(initial=0.0)) / self.arm.reach
+
+    def unshifted_margins(self, q: FloatArray) -> FloatArray:
+        """Return by how much any postures (k, n) keep the constraints, shape (k, m), in their scales."""
+        found = [constraint.margins(q) / constraint.scale for constraint in self.constraints]
+        return np.concatenate([*found, np.empty((len(q), 0))], axis=1)
+
+    def slopes_of_margins(self, q: FloatArray) -> FloatArray:
+        """Return the gradients of :meth:`unshifted_margins`, shape (k, m, n)."""
+        found = [constraint.gradients(q)[1] / constraint.scale for constraint in self.constraints]
+        return np.concatenate([*found, np.empty((len(q), 0, q.shape[1]))], axis=1)
+
+    def margins(self, q: FloatArray) -> FloatArray:
+        """Return by how much postures (k, n) at the collocation points exceed the shift, shape (k, m)."""
+        return self.unshifted_margins(q) - self.shift
+
+    @cached_property
+    def share(self) -> FloatArray:
+        """What part of the path is nearest to each collocation point, shape (k,)."""
+        middle = 0.5 * (self.points[1:] + self.points[:-1])
+        return np.diff(np.concatenate([[0.0], middle, [1.0]]))
 
     def density(self, c: FloatArray) -> Smoothed:
         """Return the objective at the quadrature nodes, with its derivatives by the rates."""

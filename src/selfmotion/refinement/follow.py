@@ -17,6 +17,10 @@ _CORRECTIONS = 6  # Newton steps from one r to the next
 _HALVINGS = 5  # of a step that is too large
 _DAMPING = 1e-13  # part of the trace of J D Jᵀ, and of its least value that is told from zero
 _LEAST_TRACE = 1e-6  # of the square of the reach: all joints on their limits, all but none moves
+_CLEAR = 0.03  # margin, in its scale, that followers are pushed to keep of the arm's constraints
+_PUSH = 0.05  # largest change of a joint by a push [rad]
+_LEVER = 0.05  # change of a margin by the self-motion, in its scale by rad, below which pushing is of little use
+_PUSHES = 40  # that may free a posture
 
 
 def followed(
@@ -41,16 +45,28 @@ def followed(
     motions : array, shape (p, k, n)
         A posture that can go no further stays as it is.
     reached : array, shape (p,)
-        The last r at which the task was kept.
+        The last r at which the task was kept, and the arm's constraints on postures until then.
+
+    Notes
+    -----
+    Of the arm's constraints the motions are kept clear by pushes of their self-motion. One that is caught goes on through.
     """
     motions = np.empty((len(q), len(r), arm.n))
     motions[:, 0] = q
     reached, going = np.full(len(q), r[0]), np.arange(len(q))
+    constrained, free = bool(getattr(arm, "constraints", ())), is_clear(arm, q)
     for k in range(1, len(r)):
         motions[:, k] = motions[:, k - 1]
-        moved, ok = _moved(arm, path, box, motions[going, k - 1], drift[going], r[k - 1], r[k], _HALVINGS)
+        wish = drift[going]
+        if constrained:
+            wish = wish + push(arm, motions[going, k - 1]) / (r[k] - r[k - 1])
+        moved, ok = _moved(arm, path, box, motions[going, k - 1], wish, r[k - 1], r[k], _HALVINGS)
         going = going[ok]
-        motions[going, k], reached[going] = moved[ok], r[k]
+        motions[going, k] = moved[ok]
+        if constrained:
+            free[going] &= is_clear(arm, moved[ok])
+        held = going[free[going]]
+        reached[held] = r[k]
         if not len(going):
             motions[:, k:] = motions[:, k - 1 : k]
             break
@@ -125,3 +141,53 @@ def on_task(
         q = q + np.clip(limit, 0.0, 1.0)[:, None] * step
         wish = np.zeros_like(q)
     return q, np.asarray(arm.task_error(q, x) <= _ON_TASK * arm.reach)
+
+
+def is_clear(arm: RedundantArm, q: FloatArray) -> BoolArray:
+    """Return which postures (p, n) keep the arm's further constraints, shape (p,)."""
+    clear = np.ones(len(q), bool)
+    for constraint in getattr(arm, "constraints", ()):
+        clear &= (constraint.margins(q) >= 0.0).all(axis=1)
+    return clear
+
+
+def push(arm: RedundantArm, q: FloatArray) -> FloatArray:
+    """Return the change (p, n) of postures, along their self-motion, that keeps them clear of the arm's constraints.
+
+    For each margin below what is wanted this is Newton's step towards it along the self-motion, and their sum is kept
+    small.
+    """
+    jacobian = arm.jacobian(q)
+    whole = np.zeros_like(q)
+    for constraint in getattr(arm, "constraints", ()):
+        margins, gradients = constraint.gradients(q)
+        lack, slopes = np.maximum(_CLEAR - margins / constraint.scale, 0.0), gradients / constraint.scale
+        along = slopes - slopes @ np.linalg.pinv(jacobian) @ jacobian
+        whole += ((lack / (np.square(along).sum(axis=2) + _LEVER**2))[:, :, None] * along).sum(axis=1)
+    return np.asarray(whole * np.minimum(1.0, _PUSH / np.maximum(np.abs(whole).max(axis=1), 1e-300))[:, None])
+
+
+def freed(arm: RedundantArm, x: FloatArray, box: JointBox, q: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Return postures (p, n) on a task point pushed until they keep the arm's constraints, and whether they do.
+
+    Parameters
+    ----------
+    arm : RedundantArm
+    x : array, shape (dimension,)
+    box : JointBox
+    q : array, shape (p, n)
+        On the task, inside the limits.
+
+    Returns
+    -------
+    q : array, shape (p, n)
+    ok : array of bool, shape (p,)
+        Whether task and constraints are kept.
+    """
+    q, kept = q.copy(), np.ones(len(q), bool)
+    for _ in range(_PUSHES):
+        caught = np.flatnonzero(~is_clear(arm, q) & kept)
+        if not len(caught):
+            break
+        q[caught], kept[caught] = on_task(arm, x, box, q[caught], push(arm, q[caught]), _CORRECTIONS)
+    return q, kept & is_clear(arm, q)

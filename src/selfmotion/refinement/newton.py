@@ -24,6 +24,7 @@ import numpy as np
 from selfmotion._types import FloatArray
 from selfmotion.refinement.collocation import Collocation
 from selfmotion.refinement.linear import Linear, linear_at
+from selfmotion.refinement.walls import Wall, Walls
 
 _ON_TASK = 1e-13  # tracking at the collocation points, as a part of the reach: rounding of some links' sum
 _LOST = 1e-10  # tracking beyond which a start is given up
@@ -119,7 +120,9 @@ class _Barrier:
 class _Iterate:
     """The quadratic model of φ on the motions that keep the task, at c."""
 
-    def __init__(self, problem: Collocation, barrier: _Barrier, c: FloatArray, mu: float) -> None:
+    def __init__(
+        self, problem: Collocation, barrier: _Barrier, walls: Walls | None, c: FloatArray, mu: float
+    ) -> None:
         self.problem = problem
         self._density = problem.density(c)
         # Beside a kink the density is all but linear: Newton's steps would be far too long there.
@@ -127,8 +130,12 @@ class _Iterate:
         self._limits = barrier.curvature(c)
         self._q = problem.postures(c)
         stiff = problem.stiffness(self._density.diagonal + self._damping, _MASS * float(problem.weights.max()))
-        self.linear = linear_at(problem, self._q, _with_diagonal(stiff, self._limits))
+        self.wall: Wall | None = None if walls is None else walls.at(self._q, mu)
+        soft = None if self.wall is None else self.wall.soft
+        self.linear = linear_at(problem, self._q, _with_diagonal(stiff, self._limits), soft)
         slope = problem.gradient(self._density) + barrier.gradient(c, mu)
+        if self.wall is not None:
+            slope -= self.wall.pull.T @ problem.values
         self._multipliers = self.linear.multipliers(slope)
         self.gradient = slope - self.linear.transposed(self._multipliers)
         self.decrement = float((self.gradient * self.linear.tangent(self.gradient)).sum())
@@ -136,8 +143,11 @@ class _Iterate:
     def hessian(self, d: FloatArray) -> FloatArray:
         """Return H d."""
         values = self.problem.values
-        bent = self.problem.arm.jacobian_rate(self._q, values @ d.T)
+        moved = values @ d.T
+        bent = self.problem.arm.jacobian_rate(self._q, moved)
         task = (bent * self._multipliers[:, :, None]).sum(axis=1).T @ values
+        if self.wall is not None:
+            task -= (self.wall.curvature @ moved[:, :, None])[:, :, 0].T @ values
         return self.problem.curvature(self._density, d, self._damping) + self._limits * d - task
 
     def promised(self, step: FloatArray) -> float:
@@ -202,27 +212,36 @@ def minimise(
     if c is None:
         return None
     barrier = _Barrier(problem, c, mu)
+    walls = Walls(problem, c, mu) if problem.constraints else None
+    count = barrier.count + (0 if walls is None else walls.count)
     floor = tolerance * max(problem.cost(c), 1e-300)
-    least = floor / barrier.count if barrier.count else mu
-    radius, iteration = 1.0, 0
+    least = floor / count if count else mu
+    radius, iteration, converged = 1.0, 0, False
     while iteration < most and time.perf_counter() < deadline:
         try:
-            iterate = _Iterate(problem, barrier, c, mu)
+            iterate = _Iterate(problem, barrier, walls, c, mu)
         except np.linalg.LinAlgError:  # beyond what doubles can tell apart: the last motion stands
             break
-        if iterate.decrement <= max(floor, 0.1 * mu if barrier.count else 0.0):
-            if mu <= least:
-                return Minimum(c, problem.cost(c), iteration, True)
+        if iterate.decrement <= max(floor, 0.1 * mu if count else 0.0):
+            converged = mu <= least
+            if converged or (walls is not None and walls.stuck(iterate.wall, mu)):
+                break
             mu = max(_SHRINK * mu, least)
             continue
         iteration += 1
         step, at_edge = iterate.step(radius)
         step *= min(1.0, _TO_LIMIT * barrier.room(c, step))
+        if walls is not None and iterate.wall is not None:
+            step *= min(1.0, walls.room(iterate.wall, step, mu))
         before, promised = problem.cost(c) + barrier.value(c, mu), iterate.promised(step)
         after = _carried(problem, iterate.linear, c + step)
         gained = -np.inf if after is None else before - problem.cost(after) - barrier.value(after, mu)
+        if walls is not None and after is not None:
+            gained += walls.value(c, mu) - walls.value(after, mu)
         if after is not None and (gained > _ACCEPT * promised or abs(gained) <= _NOISE * abs(before)):
             barrier.advance(c, step, after, mu)
+            if walls is not None and iterate.wall is not None:
+                walls.advance(iterate.wall, step, after, mu)
             c = after
             if at_edge and gained > _GOOD * promised:
                 radius *= _GROW
@@ -232,7 +251,9 @@ def minimise(
             radius = _AFTER_FAILURE * min(radius, np.sqrt(iterate.linear.product(step, step)))
             if radius < _STUCK:
                 break
-    return Minimum(c, problem.cost(c), iteration, False)
+    if walls is not None and walls.broken(c):
+        return None
+    return Minimum(c, problem.cost(c), iteration, converged)
 
 
 def _with_diagonal(matrices: FloatArray, diagonal: FloatArray) -> FloatArray:

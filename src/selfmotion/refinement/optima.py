@@ -14,6 +14,7 @@ from selfmotion.problem import Problem
 from selfmotion.quadrature import integrate
 from selfmotion.refinement.closing import ClosedSpline
 from selfmotion.refinement.collocation import Collocation
+from selfmotion.refinement.dips import dips, spread
 from selfmotion.refinement.newton import minimise
 from selfmotion.refinement.spline import SplineSpace
 from selfmotion.refinement.starts import Start
@@ -34,6 +35,11 @@ _MEASURED = 1e-2  # of the tolerance: error of a motion's cost
 _MOST_PANELS = 800  # for that, besides spans and breaks
 _SURE = 1e-2  # error of a cost, as a part of it, above which a motion jumps or leaves the path somewhere
 _ROUGH = 1e-6  # correction [rad] of spans that are bisected, or those corrected by half the largest if that is less
+_DIPS = 0.3  # of the tolerance: dips below the arm's constraints, in their scales, whose spans are bisected
+_SHIFTS = 8  # times that constraints are shifted by what motions dip below them …
+_MORE = 1.1  # … times this …
+_A_LITTLE = 3e-7  # … and by so much more of their scale
+_MOST_SHIFTED = 60  # iterations after a shift
 _COARSE_TOLERANCE = 1e-7  # of Newton's method on the coarse level
 _REFINED = 3  # optima that are refined to the end, at most, once one of them holds or time is up
 _CAUTION = 10.0  # times as much as refinement changed one cost it may change another
@@ -78,6 +84,16 @@ class Optimum:
             turns = np.where(arm.limits.limited, 0.0, np.rint(coefficients[:, 0] / TAU))
             coefficients = coefficients - TAU * turns[:, None]
         return ClosedSpline(arm, self.problem.path, self.collocation.space, coefficients, self.collocation.box)
+
+    @cached_property
+    def dips(self) -> FloatArray:
+        """By how much the motion falls below the arm's constraints on postures, shape (spans, m), in their scales."""
+        return dips(self.collocation, self.motion)
+
+    @property
+    def holds(self) -> bool:
+        """Whether the motion keeps everything, between collocation points too."""
+        return self.check.holds and not self.dips.any()
 
     @cached_property
     def check(self) -> Verification:
@@ -141,9 +157,9 @@ class Optima:
             finer = self.refined(optimum)
             shift = max(shift, abs(finer.cost - optimum.cost))
             self.found[k] = finer
-            if finer.check.holds and (best is None or finer.cost < best.cost):
+            if finer.holds and (best is None or finer.cost < best.cost):
                 best = finer
-            elif not finer.check.holds:
+            elif finer.check.failures:
                 failure = failure or finer.check.failures[0]
         self.found.sort(key=lambda optimum: optimum.cost)
         return best, failure
@@ -217,6 +233,9 @@ class Optima:
             sharp = width <= _NARROWEST or blur <= tolerance * cost
             correction = _corrections(motion)
             rough = correction > min(_ROUGH, 0.5 * correction.max())
+            if optimum.collocation.constraints:
+                dipping = optimum.dips.max(axis=1) > _DIPS * tolerance
+                rough, settled = rough | dipping, settled and not dipping.any()
             if sharp and (settled or len(rough) + rough.sum() > _MOST_SPANS):
                 break
             finer = space.bisected(rough) if len(rough) + rough.sum() <= _MOST_SPANS else space
@@ -230,7 +249,26 @@ class Optima:
             optimum = replace(optimum, collocation=collocation, c=minimum.c, cost=minimum.cost * self._scale)
         else:
             cost = self.cost_of(optimum.motion)
+        if optimum.collocation.constraints and optimum.dips.any():
+            optimum = self._cleared(optimum, 0.01 * tolerance)
+            cost = self.cost_of(optimum.motion)
         return replace(optimum, cost=cost, settled=True)
+
+    def _cleared(self, optimum: Optimum, tolerance: float) -> Optimum:
+        """Return an optimum with the constraints on postures shifted until it keeps them between the points too."""
+        collocation, shift = optimum.collocation, np.asarray(optimum.collocation.shift)
+        for _ in range(_SHIFTS):
+            deep = spread(collocation, optimum.dips)
+            if not deep.any():
+                break
+            shift = shift + np.where(deep > 0, _MORE * deep + _A_LITTLE, 0.0)
+            shifted = collocation.shifted(shift)
+            minimum = minimise(shifted, optimum.coefficients, tolerance, _WARM, _MOST_SHIFTED)
+            if minimum is None:
+                break
+            self.iterations += minimum.iterations
+            optimum = replace(optimum, collocation=shifted, c=minimum.c)
+        return optimum
 
     def cost_of(self, motion: ClosedSpline) -> float:
         """Return the true cost of a motion, to a small part of the tolerance; infinite if it cannot be measured.

@@ -12,7 +12,7 @@ from selfmotion.angles import TAU, nearest_turn
 from selfmotion.arms import JointBox, JointLimits
 from selfmotion.paths import Reversed
 from selfmotion.problem import ANGLE, Posture, Problem
-from selfmotion.refinement.follow import followed, on_task
+from selfmotion.refinement.follow import followed, freed, on_task
 from selfmotion.refinement.spline import Ends
 
 _STEPS = 200
@@ -21,6 +21,7 @@ _TRIES = 8  # pools that may be drawn before the search for starts is given up
 _INSIDE = 0.02  # of a joint's range: where followers start that should start on a limit
 _LOCKED = 5e-10  # half-width given to a joint whose limits leave it none [rad]
 _DRIFT = 3.0  # standard deviation of the random self-motion, at most [rad along the path]
+_MORE = 4  # times as many postures are drawn for arms with further constraints, of which many cannot be freed
 _MOST_TURNS = 4
 _MOST_POSTURES = 64
 _ON_LIMIT = 1e-9  # a posture may be given on a limit up to rounding [rad]
@@ -39,7 +40,7 @@ class Start:
     q : array, shape (k, n)
         Joint angles at r, turns included. They need keep neither task nor limits.
     reached : float
-        Part of the path along which they do.
+        Part of the path along which they do, and the arm's further constraints.
     """
 
     box: JointBox
@@ -182,13 +183,18 @@ def _pool(
     arm, backward = problem.arm, bool(ends and not starts)
     path = Reversed(problem.path) if backward else problem.path
     near = ends if backward else starts
+    constrained = bool(getattr(arm, "constraints", ()))
     given = (
         np.array([near[k % len(near)] for k in range(count)])
         if near
-        else _random_postures(arm.limits, box, rng, (count, arm.n))
+        else _random_postures(arm.limits, box, rng, (count * (_MORE if constrained else 1), arm.n))
     )
     seeds, ok = on_task(arm, path(0.0), box, _inside(box, given))
     seeds, given = seeds[ok], given[ok]
+    if constrained and not near and len(seeds):
+        seeds, free = freed(arm, path(0.0), box, seeds)
+        chosen = np.argsort(~free, kind="stable")[:count]  # those that could be freed first
+        seeds, given = seeds[chosen], given[chosen]
     if not len(seeds):
         return
     drift = rng.normal(size=seeds.shape) * rng.uniform(0.0, _DRIFT, size=(len(seeds), 1))

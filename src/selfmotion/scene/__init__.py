@@ -1,4 +1,4 @@
-"""What stands around an arm: obstacles, and how far they are."""
+"""What stands around an arm, and the shapes of its links: obstacles, how far they are, and what must keep clear of what."""
 
 from __future__ import annotations
 

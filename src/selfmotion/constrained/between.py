@@ -1,0 +1,79 @@
+"""Is a constraint kept between samples too? Steps are enclosed, and halved where nothing is sure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from selfmotion._types import FloatArray
+from selfmotion.arms.cells import Cells
+from selfmotion.constrained.constraint import FREE, Constraint
+
+_HALVINGS = 40
+_MOST = 200_000  # steps that may have to be halved at once: a motion that needs more keeps too near
+_CAUTION = 2.0  # times the distance from its chord half-way that a motion is granted all along a step
+
+
+class Unsure(NamedTuple):
+    """A place where a constraint is not surely kept: r, the margin there and its number."""
+
+    r: float
+    margin: float
+    which: int
+
+
+def unsure(
+    constraint: Constraint, motion: Callable[[FloatArray], FloatArray], r: FloatArray, q: FloatArray
+) -> Unsure | None:
+    """Return where a motion may break a constraint between its samples; None if it surely does nowhere.
+
+    Parameters
+    ----------
+    constraint : Constraint
+    motion : callable
+        Maps r (k,) to postures (k, n).
+    r : array, shape (k,)
+        Ascending.
+    q : array, shape (k, n)
+        The motion there.
+
+    Notes
+    -----
+    Within a step the motion is taken to be no farther from its chord, joint by joint, than twice as far as it is
+    half-way; with that, what is said holds for every r. Steps of which nothing is sure are halved, until one of them has
+    a posture that breaks the constraint or is too short to be halved.
+    """
+    low, high, a, b = r[:-1], r[1:], q[:-1], q[1:]
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        half = motion(middle)
+        dev = _CAUTION * np.abs(half - 0.5 * (a + b))
+        state, by = constraint.of_cells(_cells(a, b, dev), constraint.tolerance)
+        left = np.flatnonzero(state != FREE)
+        if not len(left):
+            return None
+        margins = constraint.margins(half[left]).min(axis=1)
+        worst = int(margins.argmin())
+        if margins[worst] < -constraint.tolerance or 2 * len(left) > _MOST:
+            return Unsure(float(middle[left][worst]), float(margins[worst]), int(by[left][worst]))
+        # Both halves of each, in turn.
+        low, middle, high, a, half, b = low[left], middle[left], high[left], a[left], half[left], b[left]
+        low, high = np.stack([low, middle], axis=1).ravel(), np.stack([middle, high], axis=1).ravel()
+        a = np.stack([a, half], axis=1).reshape(-1, a.shape[1])
+        b = np.stack([half, b], axis=1).reshape(-1, b.shape[1])
+    return Unsure(float(low[0]), float(constraint.margins(a[:1]).min()), int(by[left[0]]))
+
+
+def straight(r: FloatArray, q: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    """Return the motion whose joints move on straight lines between samples q (k, n) at r (k,)."""
+
+    def motion(at: FloatArray) -> FloatArray:
+        return np.stack([np.interp(at, r, joint) for joint in q.T], axis=-1)
+
+    return motion
+
+
+def _cells(a: FloatArray, b: FloatArray, dev: FloatArray) -> Cells:
+    return Cells(a, b, dev, np.zeros((len(a), 4)), np.arange(len(a)))

@@ -1,0 +1,60 @@
+"""Between the collocation points: how far a motion dips below the arm's constraints on postures, span by span."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from selfmotion._types import FloatArray
+from selfmotion.refinement.closing import ClosedSpline
+from selfmotion.refinement.collocation import Collocation
+
+_LOOKS = 9  # per span, ends included
+_ZOOMS = 4  # each about the least of the looks before, to a quarter of their distance
+_NEAR = 1e-2  # margins, of their scale, above which a span is not looked at again
+
+
+def dips(collocation: Collocation, motion: ClosedSpline) -> FloatArray:
+    """Return by how much margins fall below zero on each span of a motion's spline, at most.
+
+    Parameters
+    ----------
+    collocation : Collocation
+    motion : ClosedSpline
+        On its spline space.
+
+    Returns
+    -------
+    array, shape (spans, m)
+        In the scales of the constraints; zero where they hold.
+    """
+    edges = collocation.space.edges
+    r = np.linspace(edges[:-1], edges[1:], _LOOKS, axis=1)
+    seen = _margins(collocation, motion, r)
+    least = seen.min(axis=1)
+    rise = np.abs(np.diff(seen, axis=1)).max(axis=1)
+    span, margin = np.nonzero(least - rise < np.minimum(_NEAR, rise))
+    if len(span):
+        low, high, found = edges[span], edges[span + 1], seen[span, :, margin]
+        rows = np.arange(len(span))
+        for _ in range(_ZOOMS):
+            r = np.linspace(low, high, _LOOKS, axis=1)
+            if found is None:
+                found = _margins(collocation, motion, r)[rows, :, margin]
+            k = found.argmin(axis=1)
+            least[span, margin] = np.minimum(least[span, margin], found[rows, k])
+            low, high, found = r[rows, np.maximum(k - 1, 0)], r[rows, np.minimum(k + 1, _LOOKS - 1)], None
+    return np.maximum(-least, 0.0)
+
+
+def spread(collocation: Collocation, by_span: FloatArray) -> FloatArray:
+    """Return what is known by span (spans, m) at the collocation points: the most of the spans that meet there."""
+    edges, points = collocation.space.edges, collocation.points
+    before = np.clip(np.searchsorted(edges, points, side="left") - 1, 0, len(by_span) - 1)
+    after = np.clip(np.searchsorted(edges, points, side="right") - 1, 0, len(by_span) - 1)
+    return np.maximum(by_span[before], by_span[after])
+
+
+def _margins(collocation: Collocation, motion: ClosedSpline, r: FloatArray) -> FloatArray:
+    """Return the margins at r (a, b), shape (a, b, m)."""
+    found = collocation.unshifted_margins(motion(r.ravel()))
+    return found.reshape(*r.shape, found.shape[1])

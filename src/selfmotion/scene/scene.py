@@ -1,0 +1,188 @@
+"""The scene that an arm works in: obstacles that its links must keep clear of, and the arm itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from selfmotion._checks import number
+from selfmotion._types import FloatArray
+from selfmotion.arms import RedundantArm
+from selfmotion.arms.cells import Cells
+from selfmotion.constrained.constraint import States
+from selfmotion.errors import InvalidInputError
+from selfmotion.paths.base import PLANE, SPACE
+from selfmotion.scene import _capsule_kernels as kernels
+from selfmotion.scene.links import Links
+from selfmotion.scene.obstacles import MeshObstacle, Obstacle
+
+_TOLERANCE = 1e-9  # of clearance, as a part of the reach
+
+
+class Scene:
+    """Obstacles and links that must keep clear of each other; a :class:`~selfmotion.constrained.Constraint`.
+
+    Parameters
+    ----------
+    arm : RedundantArm
+    obstacles : sequence of Obstacle
+        Of the plane for a planar arm, else of space.
+    clearance : float
+        Least distance between the surfaces of links and obstacles, zero or more, in the unit of length.
+    self_collision : bool
+        Whether links that are not neighbours must not touch each other.
+
+    Attributes
+    ----------
+    links : Links
+
+    Raises
+    ------
+    InvalidInputError
+        If the clearance is negative, an obstacle has the wrong dimension, or the arm's links have no known shape.
+
+    Notes
+    -----
+    Margins are ``d(axis, obstacle) − radius − clearance``, d being the signed distance of the link's axis; of two links
+    ``d(axis, axis) − radius − radius``. d changes by no more than points move, which makes what is known of one posture
+    known of all nearby.
+    """
+
+    check = "clearance"
+    unit = ""
+
+    def __init__(
+        self, arm: RedundantArm, obstacles: Sequence[Obstacle], clearance: float = 0.0, self_collision: bool = False
+    ) -> None:
+        self.obstacles = tuple(obstacles)
+        self.clearance = number("clearance", clearance, 0.0)
+        self.self_collision = bool(self_collision)
+        dimension = PLANE if arm.dimension == PLANE else SPACE
+        for k, obstacle in enumerate(self.obstacles):
+            if obstacle.dimension != dimension:
+                mine, other = ("a planar", "space") if dimension == PLANE else ("a spatial", "the plane")
+                raise InvalidInputError(
+                    f"obstacles.{k}", f"is a {obstacle.kind} of {other}, and this is {mine} arm",
+                    "give circle, polygon or half_plane" if dimension == PLANE else "give sphere, box, capsule or mesh",
+                )  # fmt: skip
+        self.links = links = Links.of(arm)
+        self.scale = float(arm.reach)
+        self.tolerance = _TOLERANCE * self.scale
+        self._capsules = kernels.Capsules(
+            links.turns, links.shifts, links.first, links.frame, links.ends, links.radius, links.levers
+        )
+        solid = [k for k, obstacle in enumerate(self.obstacles) if not isinstance(obstacle, MeshObstacle)]
+        self._meshes = [k for k in range(len(self.obstacles)) if k not in solid]
+        forms = [self.obstacles[k].shape() for k in solid]
+        self._shapes = kernels.Shapes(
+            np.array([kind for kind, _ in forms], np.int64),
+            np.cumsum([0, *(len(numbers) for _, numbers in forms)]).astype(np.int64),
+            np.concatenate([np.empty(0), *(numbers for _, numbers in forms)]),
+        )
+        moving = np.flatnonzero(links.frame >= 0)
+        inner = links.pairs if self_collision else np.empty((0, 2), np.int64)
+        against = [(c, k, links.radius[c] + self.clearance) for k in range(len(solid)) for c in moving]
+        against += [(c, -1 - d, links.radius[c] + links.radius[d]) for c, d in inner]
+        self._pairs = kernels.Pairs(
+            np.array([c for c, _, _ in against], np.int64),
+            np.array([other for _, other, _ in against], np.int64),
+            np.array([needed for _, _, needed in against], float),
+        )
+        self._solid = solid
+        self._of_meshes = [(int(c), k, float(links.radius[c]) + self.clearance) for k in self._meshes for c in moving]
+
+    def __repr__(self) -> str:
+        return f"Scene({len(self.obstacles)} obstacles, clearance={self.clearance!r})"
+
+    def margins(self, q: FloatArray) -> FloatArray:
+        """Return what is left of the distance that each pair needs, in postures (k, n); shape (k, pairs)."""
+        postures = np.ascontiguousarray(q, dtype=float)
+        found = np.empty((len(postures), len(self._pairs.link)))
+        kernels.margins_all(self._capsules, self._shapes, self._pairs, postures, found)
+        if not self._of_meshes:
+            return found
+        points = self._points(postures)
+        return np.concatenate([found, self._from_meshes(points)[0]], axis=1)
+
+    def gradients(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the margins of postures (k, n) and their derivatives by the joints, (k, pairs) and (k, pairs, n)."""
+        postures = np.ascontiguousarray(q, dtype=float)
+        k, p, n = len(postures), len(self._pairs.link), postures.shape[1]
+        found, rates = np.empty((k, p)), np.empty((k, p, n))
+        kernels.gradients_all(self._capsules, self._shapes, self._pairs, postures, found, rates)
+        if not self._of_meshes:
+            return found, rates
+        margins, at, normal = self._from_meshes(self._points(postures))
+        more = np.zeros((k, len(self._of_meshes), n))
+        frames = np.array([self.links.frame[c] for c, _, _ in self._of_meshes], np.int64)
+        kernels.rates_at(self._capsules, postures, frames, at, normal, more)
+        return np.concatenate([found, margins], axis=1), np.concatenate([rates, more], axis=1)
+
+    def of_cells(self, cells: Cells, forgiven: float = 0.0) -> States:
+        """Return what is sure of cells."""
+        points, half, rest = self._hulls(len(cells))
+        kernels.hulls_of_cells(
+            self._capsules, np.ascontiguousarray(cells.a), np.ascontiguousarray(cells.b),
+            np.ascontiguousarray(cells.dev), points, half, rest,
+        )  # fmt: skip
+        return self._of_hulls(points, half, rest, forgiven)
+
+    def of_boxes(self, low: FloatArray, high: FloatArray) -> States:
+        """Return what is sure of boxes of joint angles (m, n)."""
+        points, half, rest = self._hulls(len(low))
+        kernels.hulls_of_boxes(
+            self._capsules, np.ascontiguousarray(low), np.ascontiguousarray(high), points, half, rest
+        )
+        return self._of_hulls(points, half, rest, 0.0)
+
+    def cause(self, k: int) -> str:
+        """Return in words what pair k is, such as ``"link 3 against obstacle 2 (clamp)"``."""
+        names = self.links.names
+        if k >= len(self._pairs.link):
+            c, mesh, _ = self._of_meshes[k - len(self._pairs.link)]
+            return f"{names[c]} against {self.name(mesh)}"
+        c, other = int(self._pairs.link[k]), int(self._pairs.other[k])
+        return f"{names[c]} against {names[-1 - other] if other < 0 else self.name(self._solid[other])}"
+
+    def name(self, k: int) -> str:
+        """Return what obstacle k is called: its number from 1, and its name if it has one."""
+        name = self.obstacles[k].name
+        return f"obstacle {k + 1}" + (f" ({name})" if name else "")
+
+    def _points(self, q: FloatArray) -> FloatArray:
+        points = np.empty((len(q), len(self.links.frame), 2, 3))
+        kernels.place_all(self._capsules, q, points)
+        return points
+
+    def _hulls(self, m: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        c = len(self.links.frame)
+        return np.empty((m, c, 2, 3)), np.empty((m, c, 2, 3)), np.empty((m, c))
+
+    def _of_hulls(self, points: FloatArray, half: FloatArray, rest: FloatArray, forgiven: float) -> States:
+        state, by = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
+        kernels.verdicts(self._shapes, self._pairs, points, half, rest, self.tolerance, forgiven, state, by)
+        if not self._of_meshes:
+            return States(state, by)
+        open_ = np.flatnonzero(state >= 0)
+        margins = self._from_meshes(points[open_])[0]
+        moves = (np.linalg.norm(half[open_], axis=-1).max(axis=-1) + rest[open_])[:, [c for c, _, _ in self._of_meshes]]
+        lack = margins + moves + self.tolerance
+        worst = lack.argmin(axis=1)
+        blocked = lack[np.arange(len(open_)), worst] < 0.0
+        free = (margins + forgiven > moves).all(axis=1)
+        first = len(self._pairs.link)
+        by[open_] = np.where(blocked, first + worst, np.where(free | (by[open_] >= 0), by[open_], first + worst))
+        state[open_] = np.where(blocked, -1, np.minimum(state[open_], free))
+        return States(state, by)
+
+    def _from_meshes(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return margins against meshes (k, p), with the points of the axes concerned and directions (k, p, 3)."""
+        k, p = len(points), len(self._of_meshes)
+        found, at, normal = np.empty((k, p)), np.empty((k, p, 3)), np.empty((k, p, 3))
+        for column, (c, number_of, needed) in enumerate(self._of_meshes):
+            mesh = self.obstacles[number_of]
+            distance, at[:, column], normal[:, column] = mesh.nearest(points[:, c, 0], points[:, c, 1])
+            found[:, column] = distance - needed
+        return found, at, normal
+
