@@ -5,14 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from selfmotion.scene._distance_kernels import (
+from selfmotion.scene._distance_kernels import segment_distance, segments_distance
+from selfmotion.scene.kinds import (
     BOX,
     CAPSULE,
     HALF_SPACE,
     POLYGON,
     SPHERE,
-    segment_distance,
-    segments_distance,
 )
 
 SCALES = (1e-9, 1e-3, 1.0, 1e9)

@@ -11,7 +11,8 @@ import numpy as np
 
 from selfmotion._compiled import kernel
 from selfmotion._types import FloatArray, IntArray
-from selfmotion.scene._distance_kernels import POLYGON, segment_distance, segments_distance
+from selfmotion.scene._distance_kernels import segment_distance, segments_distance
+from selfmotion.scene.kinds import POLYGON
 
 PAD = 1e-13
 

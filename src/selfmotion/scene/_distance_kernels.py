@@ -21,8 +21,8 @@ import numpy as np
 
 from selfmotion._compiled import kernel
 from selfmotion._types import FloatArray
+from selfmotion.scene.kinds import BOX, CAPSULE, HALF_SPACE, POLYGON, SPHERE
 
-SPHERE, HALF_SPACE, BOX, CAPSULE, POLYGON, MESH = 0, 1, 2, 3, 4, 5
 _SEARCHES = 8  # looks for a deeper point of a segment in a polygon
 _ROUNDED = 1e-14  # of the coordinates: distances whose direction is rounding
 
@@ -44,7 +44,9 @@ def segment_distance(
         return _box(numbers, start, p, q, at, normal)
     if kind == CAPSULE:
         return _capsule(numbers, start, p, q, at, normal)
-    return _polygon(numbers, start, p, q, at, normal)
+    if kind == POLYGON:
+        return _polygon(numbers, start, p, q, at, normal)
+    return np.nan
 
 
 @kernel

@@ -11,9 +11,8 @@ from selfmotion._checks import finite_array, positive, read_only
 from selfmotion._types import FileName, FloatArray, IntArray, SpacePoint
 from selfmotion.errors import InvalidInputError
 from selfmotion.rotations import from_rpy, matrix
-from selfmotion.scene._distance_kernels import MESH
-from selfmotion.scene._mesh_kernels import winding
 from selfmotion.scene.extra import coal
+from selfmotion.scene.kinds import MESH
 from selfmotion.scene.mesh_file import load_triangles
 from selfmotion.scene.obstacle import Obstacle
 
@@ -207,6 +206,8 @@ class MeshObstacle(Obstacle):
         return max(away, 0.0), points[0], points[1]
 
     def _has_inside(self, point: FloatArray) -> bool:
+        from selfmotion.scene._mesh_kernels import winding  # compiled, which reading a mesh does without
+
         if (point < self.vertices.min(axis=0)).any() or (point > self.vertices.max(axis=0)).any():
             return False
         return abs(winding(self._corners, point)) > 0.5

@@ -10,7 +10,7 @@ from selfmotion._checks import finite_array, positive, read_only
 from selfmotion._types import FloatArray, Point, SpacePoint, Vector
 from selfmotion.errors import InvalidInputError
 from selfmotion.rotations import from_rpy, matrix
-from selfmotion.scene._distance_kernels import BOX, CAPSULE, HALF_SPACE, SPHERE
+from selfmotion.scene.kinds import BOX, CAPSULE, HALF_SPACE, SPHERE
 from selfmotion.scene.mesh import MeshObstacle
 from selfmotion.scene.obstacle import Obstacle
 from selfmotion.scene.polygon import PolygonObstacle

@@ -9,9 +9,8 @@ import numpy as np
 from selfmotion._checks import finite_array, number, read_only
 from selfmotion._types import FloatArray, Points
 from selfmotion.errors import InvalidInputError
-from selfmotion.scene._distance_kernels import POLYGON
-from selfmotion.scene._polygon_kernels import first_meeting
 from selfmotion.scene.extra import shapely
+from selfmotion.scene.kinds import POLYGON
 from selfmotion.scene.obstacle import Obstacle
 
 MOST_CORNERS = 10_000
@@ -142,6 +141,8 @@ def _are_on_a_line(corners: FloatArray) -> bool:
 
 def _refuse_meetings(corners: FloatArray) -> None:
     """Refuse a polygon whose edges touch or cross, by the order of its corners as given."""
+    from selfmotion.scene._polygon_kernels import first_meeting  # compiled, which reading circles does without
+
     ends = np.stack([corners, np.roll(corners, -1, axis=0)])
     spans = np.ptp(ends, axis=0).sum(axis=0) / np.ptp(corners, axis=0)
     swept = corners if spans[0] <= spans[1] else np.ascontiguousarray(corners[:, ::-1])  # along the better axis
