@@ -8,6 +8,7 @@ from selfmotion.exchange.dxf_file import read_dxf
 from selfmotion.exchange.files import OutputFolder, read_text, write_file
 from selfmotion.exchange.gcode_file import read_gcode
 from selfmotion.exchange.ledger import Ignored
+from selfmotion.exchange.obstacle_file import load_obstacles
 from selfmotion.exchange.plan_file import load_plan, save_plan
 from selfmotion.exchange.problem_file import ProblemFile, arm_of, load_problem, problem_from
 from selfmotion.exchange.structure import sampled_lines, sampled_object, structure_lines, structure_object
@@ -27,6 +28,7 @@ __all__ = [
     "TimedRows",
     "Trajectory",
     "arm_of",
+    "load_obstacles",
     "load_plan",
     "load_problem",
     "load_trajectory",

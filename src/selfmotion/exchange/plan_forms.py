@@ -68,6 +68,24 @@ class ProblemForm(_Form):
     weights: Row
     objective: StrictStr
     samples: StrictInt
+    obstacles: list[dict[str, Any]] = []
+    clearance: Number = 0.0
+    self_collision: StrictBool = False
+    least_singular_value: Number | None = None
+
+
+class TrianglesForm(_Form):
+    """The triangles of a mesh, and its vertices."""
+
+    vertices: list[Row]
+    triangles: list[Annotated[list[StrictInt], Field(min_length=3, max_length=3)]]
+
+
+class MeshForm(_Form):
+    """A mesh as an obstacle; all others are as problem files have them."""
+
+    mesh: TrianglesForm
+    name: StrictStr | None = None
 
 
 class ChainForm(_Form):

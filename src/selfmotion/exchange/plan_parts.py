@@ -12,11 +12,12 @@ from selfmotion._checks import LARGEST, choice, finite_array
 from selfmotion._types import FloatArray
 from selfmotion.arms import JointBox, PlanarArm, RedundantArm
 from selfmotion.arms.chain import Chain as JointChain
+from selfmotion.constrained import unconstrained
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange import plan_forms as forms
 from selfmotion.exchange.file_path import PathFromFile
 from selfmotion.exchange.path_kinds import FILE_PATHS
-from selfmotion.exchange.schema import build, checked, inside
+from selfmotion.exchange.schema import build, build_obstacle, checked, inside
 from selfmotion.motion import Curve, JointMotion, Motion
 from selfmotion.paths import PATHS, Frame, Path, Section
 from selfmotion.planners.chain import Chain, ChainCurve
@@ -25,6 +26,7 @@ from selfmotion.problem import Posture, Problem
 from selfmotion.profiles import PROFILES, ProfileCurve
 from selfmotion.refinement import ClosedSpline, SplineSpace
 from selfmotion.refinement.spline import DEGREE
+from selfmotion.scene import MeshObstacle, Obstacle
 
 _REMEDY = "store its trajectory instead"
 _DAMAGED = "load the original file"
@@ -40,7 +42,7 @@ def problem_object(problem: Problem) -> dict[str, Any]:
         If its arm or path is of a class that is not selfmotion's.
     """
     return {
-        "arm": _arm_object(problem.arm),
+        "arm": _arm_object(unconstrained(problem.arm)),
         "path": _path_object(problem.path),
         "start": _posture_object(problem.start),
         "end": _posture_object(problem.end),
@@ -49,15 +51,41 @@ def problem_object(problem: Problem) -> dict[str, Any]:
         "weights": problem.weights,
         "objective": problem.objective.kind,
         "samples": problem.samples,
+        **_constraints_object(problem),
     }
+
+
+def _constraints_object(problem: Problem) -> dict[str, Any]:
+    """Return what a problem says beyond arm, path and posture: nothing where it says nothing."""
+    scene, found = problem.scene, {}
+    if scene is not None:
+        found = {
+            "obstacles": [obstacle.as_mapping() for obstacle in scene.obstacles],
+            "clearance": scene.clearance,
+            "self_collision": scene.self_collision,
+        }
+    if problem.least_singular_value is not None:
+        found["least_singular_value"] = problem.least_singular_value
+    return found
 
 
 def problem_from_object(data: Any) -> Problem:
     """Return the problem that :func:`problem_object` described."""
     given: Any = checked(forms.ProblemForm, data)
     arm, path = inside("arm", _arm_from, given.arm), inside("path", _path_from, given.path)
-    options = given.model_dump(exclude={"arm", "path"})
-    return Problem(arm, path, **options)
+    options = given.model_dump(exclude={"arm", "path", "obstacles"})
+    obstacles = [inside(f"obstacles.{k}", _obstacle_from, entry) for k, entry in enumerate(given.obstacles)]
+    return Problem(arm, path, obstacles=obstacles, **options)
+
+
+def _obstacle_from(data: Any) -> Obstacle:
+    """Return an obstacle as a problem file has it, or a mesh, whose file is not needed again, by its triangles."""
+    mesh = data.get("mesh")
+    if not isinstance(mesh, dict) or "vertices" not in mesh:
+        return build_obstacle(data)
+    given: Any = checked(forms.MeshForm, data)
+    triangles = given.mesh
+    return MeshObstacle.of_triangles(triangles.vertices, triangles.triangles, given.name)
 
 
 def motion_object(motion: JointMotion) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from selfmotion.arms import CATALOGUE, RedundantArm
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.files import read_text
 from selfmotion.exchange.path_kinds import FILE_PATHS
-from selfmotion.exchange.schema import ProblemForm, build, checked, inside
+from selfmotion.exchange.schema import ProblemForm, build, build_obstacle, checked, inside
 from selfmotion.exchange.telling import refuse_no_problem
 from selfmotion.exchange.yaml_text import parse_yaml
 from selfmotion.planners import Planner
@@ -111,7 +111,10 @@ def problem_from(data: Any, folder: str = "") -> ProblemFile:
     path = inside("path", build, "path", task, folder)
     arm = inside("arm", build, "arm", arm_data, folder)
     planner = inside("planner", build, "planner", data["planner"], folder) if data.get("planner") is not None else None
-    options = given.model_dump(exclude={"arm", "path", "planner", "obstacles"})
+    options = given.model_dump(exclude={"arm", "path", "planner"})
+    options["obstacles"] = [
+        inside(f"obstacles.{k}", build_obstacle, entry, folder) for k, entry in enumerate(options["obstacles"])
+    ]
     for name in ("start", "end"):
         if options[name] is not None:
             options[name] = {key: value for key, value in options[name].items() if value is not None}

@@ -19,6 +19,7 @@ from selfmotion.scene.obstacle import Obstacle
 MOST_TRIANGLES = 500_000
 """From more triangles a mesh is refused."""
 _PLACES = np.linspace(0.0, 1.0, 9)  # of a segment that meets the mesh, where it is looked for what is inside
+_SIZE = 1000.0  # of the mesh in coal, whose tolerances are 1e-6 whatever the unit: triangles seen so are exact
 _HULL = "close it, or ask for its convex hull: hull: true"
 
 
@@ -127,10 +128,15 @@ class MeshObstacle(Obstacle):
         return np.ascontiguousarray(self.vertices[self.triangles])
 
     @cached_property
+    def _unit(self) -> float:
+        """How much larger the mesh is in coal."""
+        return _SIZE / float(np.ptp(self.vertices, axis=0).max())
+
+    @cached_property
     def _model(self) -> Any:
         """What coal has of the mesh, its triangles without area left out: their neighbours cover them."""
         model = coal().BVHModelOBBRSS()
-        a, b, c = np.moveaxis(self._corners, 1, 0)
+        a, b, c = np.moveaxis(self._unit * (self._corners - self.vertices[0]), 1, 0)
         model.beginModel(len(self.triangles), 3 * len(self.triangles))
         for k in np.flatnonzero(np.cross(b - a, c - a).any(axis=1)):
             model.addTriangle(a[k], b[k], c[k])
@@ -195,15 +201,16 @@ class MeshObstacle(Obstacle):
 
     def _from_surface(self, p: FloatArray, q: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """Return how far a segment is from the triangles, and the nearest points of it and of them."""
-        package, d = coal(), q - p
+        package, origin, unit = coal(), self.vertices[0], self._unit
+        start, d = unit * (p - origin), unit * (q - p)
         length = float(np.linalg.norm(d))
         frame = np.eye(3) if length == 0.0 else _frame(d / length)
         link = package.Capsule(0.0, length) if length > 0.0 else package.Sphere(0.0)
         result = package.DistanceResult()
-        middle = package.Transform3s(frame, 0.5 * (p + q))
+        middle = package.Transform3s(frame, start + 0.5 * d)
         away = package.distance(link, middle, self._model, package.Transform3s(), package.DistanceRequest(), result)
-        points = (np.array(result.getNearestPoint1()), np.array(result.getNearestPoint2()))
-        return max(away, 0.0), points[0], points[1]
+        at, on = (np.array(point) / unit + origin for point in (result.getNearestPoint1(), result.getNearestPoint2()))
+        return max(away, 0.0) / unit, at, on
 
     def _has_inside(self, point: FloatArray) -> bool:
         from selfmotion.scene._mesh_kernels import winding  # compiled, which reading a mesh does without

@@ -11,7 +11,8 @@ import numpy as np
 from selfmotion._types import FloatArray
 from selfmotion.errors import InvalidInputError
 
-_LONGEST_NAME = 200
+LONGEST_NAME = 200
+"""Characters that the name of an obstacle may have."""
 
 
 class Obstacle(ABC):
@@ -39,8 +40,8 @@ class Obstacle(ABC):
     fields: ClassVar[Mapping[str, str]]
 
     def __init__(self, name: str | None = None) -> None:
-        if name is not None and (not isinstance(name, str) or not name.strip() or len(name) > _LONGEST_NAME):
-            raise InvalidInputError("name", "is no name", f"give up to {_LONGEST_NAME} characters, or none", name)
+        if name is not None and (not isinstance(name, str) or not name.strip() or len(name) > LONGEST_NAME):
+            raise InvalidInputError("name", "is no name", f"give up to {LONGEST_NAME} characters, or none", name)
         self.name = name
 
     def __repr__(self) -> str:
