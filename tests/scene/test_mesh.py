@@ -127,16 +127,30 @@ def test_distances_are_those_of_the_box_itself(folder, scale):
         truth[k] = segment_distance(*box.shape(), 0, p[k], q[k], near[k], out[k])
     free = truth > 0
     assert 0.5 < free.mean() < 0.95
-    assert found[free] == pytest.approx(truth[free], rel=0, abs=1e-12 * scale)
+    assert (found[free] <= truth[free]).all()
+    assert (found[free] >= truth[free] - 3e-7 * scale).all()
     assert (found[~free] <= 0).all()
-    assert (found[~free] >= truth[~free] - 1e-12 * scale).all()
+    assert (found[~free] >= truth[~free]).all()
     assert (found - truth)[~free].mean() < 0.05 * scale
     assert np.linalg.norm(normal, axis=1) == pytest.approx(np.ones(600))
     # What is said of the point is true of it.
     kind, numbers = box.shape()
     for k in range(600):
         here = segment_distance(kind, numbers, 0, at[k], at[k], near[k], out[k])
-        assert here == pytest.approx(found[k], abs=1e-12 * scale) or (found[k] == 0 and here <= 0)
+        assert here == pytest.approx(found[k], rel=0, abs=3e-7 * scale) or (found[k] == 0 and here <= 0)
+
+
+def test_a_needle_that_is_touched_says_where():
+    """Coal's nearest points are beyond all numbers for some links that all but touch a needle."""
+    pytest.importorskip("coal")
+    rng = np.random.default_rng(3)
+    needle = MeshObstacle.of_triangles(CORNERS * [1, 1e-3, 1e-3], TRIANGLES)
+    p = CORNERS[rng.integers(8, size=2000)] * [1, 1e-3, 1e-3] * (1 + 10.0 ** rng.uniform(-9, -6, (2000, 1)))
+    q = p * rng.uniform(0.1, 10, (2000, 1))
+    found, at, normal = needle.nearest(p, q)
+    assert np.abs(found).max() < 1e-2
+    assert np.abs(at).max() < 20
+    assert np.linalg.norm(normal, axis=1) == pytest.approx(np.ones(2000))
 
 
 def test_inside_of_a_hollow_is_outside():
@@ -149,7 +163,7 @@ def test_inside_of_a_hollow_is_outside():
     found = shell.distances(p, q)
     assert found[0] == pytest.approx(0.4)
     assert found[1] == pytest.approx(-0.25)
-    assert -0.25 <= found[2] <= -0.1
+    assert -0.25 < found[2] < -0.1
     assert found[3] == pytest.approx(2)
 
 

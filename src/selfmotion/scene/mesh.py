@@ -19,7 +19,8 @@ from selfmotion.scene.obstacle import Obstacle
 MOST_TRIANGLES = 500_000
 """From more triangles a mesh is refused."""
 _PLACES = np.linspace(0.0, 1.0, 9)  # of a segment that meets the mesh, where it is looked for what is inside
-_SIZE = 1000.0  # of the mesh in coal, whose tolerances are 1e-6 whatever the unit: triangles seen so are exact
+_SIZE = 1000.0  # of the mesh in coal, whose tolerances are lengths whatever the unit
+_SHORT = 1e-4  # taken off from what coal measures there: it found up to 1e-5 too much, of needles
 _HULL = "close it, or ask for its convex hull: hull: true"
 
 
@@ -170,7 +171,8 @@ class MeshObstacle(Obstacle):
         -------
         distance : array, shape (k,)
             The least distance of a segment disjoint from the solid. Else minus the depth of the deepest of nine points
-            of the segment, or zero if none of these is inside [m].
+            of the segment, or zero if none of these is inside [m]. Less by 1e-7 of the mesh's size, and no less than
+            zero, either is a bound of the exact one in spite of coal's tolerances.
         at : array, shape (k, 3)
             The points of the segments concerned.
         normal : array, shape (k, 3)
@@ -209,8 +211,11 @@ class MeshObstacle(Obstacle):
         result = package.DistanceResult()
         middle = package.Transform3s(frame, start + 0.5 * d)
         away = package.distance(link, middle, self._model, package.Transform3s(), package.DistanceRequest(), result)
-        at, on = (np.array(point) / unit + origin for point in (result.getNearestPoint1(), result.getNearestPoint2()))
-        return max(away, 0.0) / unit, at, on
+        points = np.array([result.getNearestPoint1(), result.getNearestPoint2()])
+        if not (np.abs(points) <= length + _SIZE + np.abs(start).max()).all():  # where they meet coal may not say where
+            points[:] = start + 0.5 * d
+        at, on = points / unit + origin
+        return max(away - _SHORT, 0.0) / unit, at, on
 
     def _has_inside(self, point: FloatArray) -> bool:
         from selfmotion.scene._mesh_kernels import winding  # compiled, which reading a mesh does without
