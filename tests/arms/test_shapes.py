@@ -138,7 +138,9 @@ def test_what_is_not_read_is_told_with_its_link_and_does_not_stop_the_kinematics
     ball = collision('<sphere radius="0.1"/>')
     assert read_chain(robot(ball + mesh), "base", "arm").shapes.unread.keys() == {"arm"}
     off = f'<link name="finger">{mesh}</link><link name="lost">{ball}</link><link name="bare"/>'
-    joints = fixed("f", "arm", "finger", kind="revolute") + fixed("l", "arm", "lost", "0 x 0") + fixed("b", "arm", "bare")
+    joints = (
+        fixed("f", "arm", "finger", kind="revolute") + fixed("l", "arm", "lost", "0 x 0") + fixed("b", "arm", "bare")
+    )
     shapes = read_chain(robot(ball, joints, off), "base", "arm").shapes
     assert shapes.loose == ("finger",)
     assert "lost" in shapes.unread
@@ -224,7 +226,8 @@ def test_written_shapes_come_back(name):
 def test_wrong_capsules_are_refused():
     good = {"link": "a", "frame": 0, "ends": np.zeros((2, 3)), "radius": 1.0}
     for name, value, says in [
-        ("radius", 0.0, "must be greater than zero"), ("frame", -2, "outside"), ("ends", np.zeros((3, 3)), "has 3 points"),
+        ("radius", 0.0, "must be greater than zero"), ("frame", -2, "outside"),
+        ("ends", np.zeros((3, 3)), "has 3 points"),
         ("ends", [[0, 0, np.nan], [0, 0, 0]], "finite"),
     ]:  # fmt: skip
         with pytest.raises(InvalidInputError, match=says):

@@ -110,7 +110,9 @@ def test_links_of_the_plane_reach_from_joint_to_joint(links, direction):
     assert made.pairs.tolist() == [[i, k] for i in range(arm.n) for k in range(i + 2, arm.n)]
 
 
-@pytest.mark.parametrize(("thickness", "radius"), [(0.2, [0.1] * 3), ([0.2, 0.4, 0.6], [0.1, 0.2, 0.3]), (None, [0] * 3)])
+@pytest.mark.parametrize(
+    ("thickness", "radius"), [(0.2, [0.1] * 3), ([0.2, 0.4, 0.6], [0.1, 0.2, 0.3]), (None, [0] * 3)]
+)
 def test_links_of_the_plane_are_as_thick_as_the_arm_says(thickness, radius):
     arm = sm.PlanarArm([3, 2, 1])
     arm.thickness = thickness
@@ -153,7 +155,7 @@ def test_capsules_are_where_the_chain_takes_them(name):
         pose = shorter.forward(q[:, : frame + 1])
         expected = np.einsum("pxy,ky->pkx", pose[:, :3, :3], links.ends[k]) + pose[:, None, :3, 3]
         assert np.abs(ends[:, k] - expected).max() < 1e-14, link
-    assert {names for names in links.names} <= {*_links_of(entry.file)}
+    assert set(links.names) <= {*_links_of(entry.file)}
 
 
 def _links_of(file):
