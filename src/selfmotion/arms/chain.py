@@ -158,9 +158,7 @@ class Chain:
         InvalidInputError
             If there are not n of them, or an interval is reversed.
         """
-        return Chain(
-            self.names, self.offsets, limits, self.prismatic, self.velocity, self.base, self.tip, self.shapes
-        )
+        return Chain(self.names, self.offsets, limits, self.prismatic, self.velocity, self.base, self.tip, self.shapes)
 
     def on_rail(self, axis: ArrayLike, limits: ArrayLike, name: str = "rail") -> Chain:
         """Return the chain with its base on a rail: a prismatic joint before all others.

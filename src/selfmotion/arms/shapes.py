@@ -98,11 +98,14 @@ class Shapes:
         Links that have a shape which is not read, such as a mesh, and why.
     loose : tuple of str
         Links with a shape that hang on the chain by joints of their own, such as fingers: nobody says where they are.
+    apart : tuple of pairs of str
+        Links that never meet, whatever their capsules do, which are thicker.
     """
 
     capsules: tuple[Capsule, ...] = ()
     unread: Mapping[str, str] = field(default_factory=dict)
     loose: tuple[str, ...] = ()
+    apart: tuple[tuple[str, str], ...] = ()
 
     def on_rail(self, turn: FloatArray) -> Shapes:
         """Return the shapes with a joint before all others, which slides along the z-axis of `turn` (4, 4)."""

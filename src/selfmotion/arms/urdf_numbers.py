@@ -29,9 +29,7 @@ def written_pose(field: str, element: ElementTree.Element) -> FloatArray:
     return pose
 
 
-def written_numbers(
-    field: str, element: ElementTree.Element, name: str, count: int, default: str = ""
-) -> list[float]:
+def written_numbers(field: str, element: ElementTree.Element, name: str, count: int, default: str = "") -> list[float]:
     """Return the numbers of an attribute, one or three."""
     text = element.get(name, default)
     words = text.split()

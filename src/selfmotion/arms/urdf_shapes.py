@@ -1,7 +1,7 @@
 """The collision shapes of URDF links as capsules that hold them: spheres, cylinders, boxes and capsules.
 
-Whatever is wrong with a shape is kept with its link and said when somebody asks for shapes: arms without obstacles do
-not need them.
+``<disable_collisions link1="…" link2="…"/>``, which SRDF has, is read in the URDF itself. Whatever is wrong with a
+shape is kept with its link and said when somebody asks for shapes: arms without obstacles do not need them.
 """
 
 from __future__ import annotations
@@ -68,7 +68,8 @@ def shapes_of(robot: ElementTree.Element, places: Mapping[str, Placed], lost: Ma
             capsules += found
             if why is not None:
                 unread[name] = why
-    return Shapes(tuple(capsules), unread, tuple(loose))
+    apart = [(pair.get("link1", ""), pair.get("link2", "")) for pair in robot.findall("disable_collisions")]
+    return Shapes(tuple(capsules), unread, tuple(loose), tuple(apart))
 
 
 def _capsules(name: str, link: ElementTree.Element, place: Placed) -> tuple[tuple[Capsule, ...], str | None]:

@@ -88,6 +88,24 @@ class MeshForm(_Form):
     name: StrictStr | None = None
 
 
+class CapsuleForm(_Form):
+    """A :class:`~selfmotion.arms.shapes.Capsule`."""
+
+    link: StrictStr
+    frame: StrictInt
+    ends: list[Row]
+    radius: Number
+
+
+class ShapesForm(_Form):
+    """The :class:`~selfmotion.arms.shapes.Shapes` of a chain."""
+
+    capsules: list[CapsuleForm]
+    unread: dict[str, StrictStr]
+    loose: list[StrictStr]
+    apart: list[Annotated[list[StrictStr], Field(min_length=2, max_length=2)]]
+
+
 class ChainForm(_Form):
     """An arm in space by its chain: all numbers, since files and catalogues may change."""
 
@@ -100,6 +118,7 @@ class ChainForm(_Form):
     base: StrictStr
     tip: StrictStr
     locked_joint: StrictInt | None = None
+    shapes: ShapesForm | None = None
 
 
 class SectionForm(_Form):

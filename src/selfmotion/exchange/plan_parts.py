@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from selfmotion._checks import LARGEST, choice, finite_array
 from selfmotion._types import FloatArray
 from selfmotion.arms import JointBox, PlanarArm, RedundantArm
 from selfmotion.arms.chain import Chain as JointChain
+from selfmotion.arms.shapes import Capsule, Shapes
 from selfmotion.constrained import unconstrained
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange import plan_forms as forms
@@ -223,6 +225,7 @@ def _arm_object(arm: RedundantArm) -> dict[str, Any]:
                 "base": chain.base,
                 "tip": chain.tip,
                 "locked_joint": getattr(arm, "joint", None),
+                "shapes": _shapes_object(chain.shapes),
             }
     raise InvalidInputError("arm", f"is a {type(arm).__name__}, which a plan file cannot hold", _REMEDY)
 
@@ -238,9 +241,24 @@ def _arm_from(data: Any) -> RedundantArm:
     if sizes != {4}:
         raise InvalidInputError("offsets", "are not four by four", _DAMAGED)
     slides = [given.solved == "rail" and joint == 0 for joint in range(len(given.names))]
-    chain = JointChain(given.names, given.offsets, given.limits, slides, velocity, given.base, given.tip)
+    shapes = inside("shapes", _shapes_from, given.shapes)
+    chain = JointChain(given.names, given.offsets, given.limits, slides, velocity, given.base, given.tip, shapes)
     made = _solvers()[given.solved]
     return made(chain, given.locked_joint) if given.solved == "locked" else made(chain)
+
+
+def _shapes_object(shapes: Shapes) -> dict[str, Any]:
+    capsules = [{field.name: getattr(part, field.name) for field in fields(part)} for part in shapes.capsules]
+    return {"capsules": capsules, "unread": dict(shapes.unread), "loose": shapes.loose, "apart": shapes.apart}
+
+
+def _shapes_from(given: Any) -> Shapes:
+    """Return the shapes of links; plans from before there were any have none."""
+    if given is None:
+        return Shapes()
+    capsules = [inside(f"capsules.{k}", Capsule, **dict(part)) for k, part in enumerate(given.capsules)]
+    apart = tuple((one, other) for one, other in given.apart)
+    return Shapes(tuple(capsules), dict(given.unread), tuple(given.loose), apart)
 
 
 def _solvers() -> dict[str, Callable[..., Any]]:

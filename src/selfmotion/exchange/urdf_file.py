@@ -11,8 +11,10 @@ import numpy as np
 from selfmotion._types import FloatArray
 from selfmotion.arms import PlanarArm, RedundantArm
 from selfmotion.arms.chain import Chain
+from selfmotion.arms.shapes import Capsule, Shapes
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.files import write_file
+from selfmotion.scene.links import Links
 
 _UNLIMITED = 1e9
 """Written where nothing limits effort or velocity [N m, rad/s]: URDF has no word for that, and wants a number."""
@@ -25,7 +27,8 @@ def save_urdf(arm: RedundantArm, file: str | os.PathLike[str], force: bool = Fal
     Parameters
     ----------
     arm : RedundantArm
-        One of the plane needs a placement. Links of the plane have a box each, to be seen by; others have frames only.
+        One of the plane needs a placement. Links of the plane have a box each, to be seen by. The capsules of links
+        are written as collision shapes: a cylinder and a sphere at either end, which every reader knows.
     file : path-like
     force : bool
         Whether a file that selfmotion did not write may be replaced.
@@ -67,7 +70,10 @@ def planar_chain(arm: PlanarArm) -> Chain:
     steps = np.broadcast_to(np.eye(4), (arm.n, 4, 4)).copy()
     steps[:, 0, 3] = placement.metres * arm.links
     names = placement.joints or tuple(f"joint{j}" for j in range(1, arm.n + 1))
-    return Chain(names, [placement.pose, *steps], arm.limits, base=placement.frame, tip="tool")
+    links = Links.of(arm)
+    rods = zip(links.names, links.frame, placement.metres * links.ends, placement.metres * links.radius, strict=True)
+    shapes = Shapes(tuple(Capsule(name, int(j), ends, radius) for name, j, ends, radius in rods if radius > 0))
+    return Chain(names, [placement.pose, *steps], arm.limits, base=placement.frame, tip="tool", shapes=shapes)
 
 
 def chain_urdf(chain: Chain, lengths: Sequence[float] = ()) -> bytes:
@@ -85,6 +91,8 @@ def chain_urdf(chain: Chain, lengths: Sequence[float] = ()) -> bytes:
             ElementTree.SubElement(visual, "origin", xyz=f"{0.5 * length!r} 0 0", rpy="0 0 0")
             shape = ElementTree.SubElement(visual, "geometry")
             ElementTree.SubElement(shape, "box", size=f"{length!r} {thick} {thick}")
+    for part in chain.shapes.capsules:
+        _write_capsule(robot[part.frame + 1], part)
     for j, name in enumerate((*chain.names, "")):
         joint = ElementTree.SubElement(robot, "joint", name=name or f"{chain.tip}_mount")
         ElementTree.SubElement(joint, "parent", link=links[j])
@@ -97,6 +105,25 @@ def chain_urdf(chain: Chain, lengths: Sequence[float] = ()) -> bytes:
         joint.set("type", _limited(joint, chain, j))
     ElementTree.indent(robot)
     return b'<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(robot, encoding="utf-8") + b"\n"
+
+
+def _write_capsule(link: ElementTree.Element, part: Capsule) -> None:
+    """Write a capsule as the collision shapes of a link: a cylinder along z, and a sphere at either end."""
+    axis = part.ends[1] - part.ends[0]
+    length, radius = float(np.linalg.norm(axis)), repr(part.radius)
+    if length > 0:
+        turn = np.array([0.0, np.arctan2(np.hypot(axis[0], axis[1]), axis[2]), np.arctan2(axis[1], axis[0])])
+        shape = _collision(link, part.ends.mean(axis=0), turn)
+        ElementTree.SubElement(shape, "cylinder", radius=radius, length=repr(length))
+    for end in part.ends if length > 0 else part.ends[:1]:
+        ElementTree.SubElement(_collision(link, end, np.zeros(3)), "sphere", radius=radius)
+
+
+def _collision(link: ElementTree.Element, place: FloatArray, turn: FloatArray) -> ElementTree.Element:
+    """Write a collision shape with a place and roll, pitch and yaw; return where its geometry goes."""
+    collision = ElementTree.SubElement(link, "collision")
+    ElementTree.SubElement(collision, "origin", xyz=_numbers(place), rpy=_numbers(turn))
+    return ElementTree.SubElement(collision, "geometry")
 
 
 def _limited(joint: ElementTree.Element, chain: Chain, j: int) -> str:

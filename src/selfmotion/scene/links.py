@@ -7,6 +7,7 @@ planar arms being in the plane z = 0.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from typing import Self
 
@@ -43,8 +44,8 @@ class Links:
     names : tuple of str
         The links that the capsules are parts of.
     pairs : array of int, shape (p, 2)
-        Capsules that may meet: of links with two joints or more between them, but for those that touch in every one of
-        1000 random postures, the same each time. These touch because capsules are thicker than what they stand for.
+        Capsules that may meet: of links with two joints or more between them, but for those said never to meet, and
+        those that touch in every one of 1000 random postures, the same each time: capsules are thicker than links.
     turns, shifts : array, shape (n + 1, 3, 3) and (n + 1, 3)
         Rotations and translations of F_0 … F_n.
     first : int
@@ -127,17 +128,21 @@ class Links:
             limits=chain.limits,
             first=first,
             loose=shapes.loose,
+            never={frozenset(pair) for pair in shapes.apart},
         )
 
     @classmethod
     def _made(
         cls, frame: IntArray, ends: FloatArray, radius: FloatArray, names: tuple[str, ...], turns: FloatArray,
         shifts: FloatArray, limits: JointLimits, first: int = 0, loose: tuple[str, ...] = (),
+        never: AbstractSet[frozenset[str]] = frozenset(),
     ) -> Self:  # fmt: skip
         """Return the links with their levers and pairs worked out."""
         levers = _levers(frame, ends, turns, shifts, limits, first)
         one, other = np.triu_indices(len(frame), 1)
         apart = np.abs(frame[one] - frame[other]) >= 2
+        if never:
+            apart &= [frozenset((names[i], names[k])) not in never for i, k in zip(one, other, strict=True)]
         pairs = np.stack([one[apart], other[apart]], axis=1).astype(np.int64)
         links = cls(frame.astype(np.int64), ends, radius, names, pairs, turns, shifts, first, levers, loose)
         meet = links._meeting(limits)
