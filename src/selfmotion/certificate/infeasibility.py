@@ -82,7 +82,7 @@ def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedErr
         Of a planar arm with one redundant degree. If it is cyclic the proof, if any, is one for motions that need not
         close.
     deadline : float
-        As :func:`time.perf_counter` tells it; half of the time is for the proof.
+        As :func:`time.perf_counter` tells it; half of the time is for the proof, or all where no structure is known.
 
     Returns
     -------
@@ -108,7 +108,8 @@ def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedErr
         return unproved("no motion was found")
     cover = problem.arm.slabs(problem.path, problem.elbow)
     start, end = ends(problem, "start"), ends(problem, "end")
-    until = began + _FOR_THE_PROOF * (deadline - began)
+    # What follows the proof is told from the structure of the angle domain.
+    until = began + (_FOR_THE_PROOF if problem.arm.has_structure else 1.0) * (deadline - began)
     proof = Chains(cover, start=start, end=end, deadline=until).prove(until)
     if not proof.proved:
         return None if leads_on(problem) else _undecided(problem, proof.stopped)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from selfmotion.constrained.constraint import BLOCKED, FREE, Constraint
 _TIMES = 3  # that undecided cells are split again …
 _SHORTER = 4.0  # … into cells so many times as short
 _MOST = 200  # undecided cells that are split again at once: more are no borders but narrows
+_HALVINGS = 4  # of boxes that are undecided …
+_WIDE = 5.0  # … and have a radius above so many times the width of their slab, which makes them no smaller [rad]
+_SMALLEST = 1e-3  # … nor below this [rad]
 _SHORTEST = 1e-7  # cells that are not split again [rad]
 
 
@@ -118,6 +122,10 @@ def states(constraints: Sequence[Constraint], cells: Cells) -> IntArray:
     return np.min([constraint.of_cells(cells).state for constraint in constraints], axis=0)
 
 
+def _together(parts: Sequence[Boxes]) -> Boxes:
+    return Boxes(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(Boxes)))
+
+
 class ConstrainedSlabs:
     """The boxes of an arm that its constraints do not surely forbid; see :class:`~selfmotion.arms.slabs.SlabCover`.
 
@@ -134,17 +142,27 @@ class ConstrainedSlabs:
 
     def boxes(self, low: float, high: float, size: float) -> Boxes:
         """Return boxes that hold every feasible posture at every r in [low, high]; see :class:`SlabCover`."""
-        return self._sifted(self._slabs.boxes(low, high, size))
+        return self._sifted(low, high, self._slabs.boxes(low, high, size))
 
     def split(self, low: float, high: float, boxes: Boxes, size: FloatArray) -> Boxes:
         """Return boxes that hold every posture of `boxes` at every r in [low, high]; see :class:`SlabCover`."""
-        return self._sifted(self._slabs.split(low, high, boxes, size))
+        return self._sifted(low, high, self._slabs.split(low, high, boxes, size))
 
-    def _sifted(self, boxes: Boxes) -> Boxes:
-        if not len(boxes):
-            return boxes
-        found = [constraint.of_boxes(boxes.low, boxes.high).state for constraint in self._constraints]
-        state = np.min(found, axis=0)
-        clean: BoolArray = boxes.clean & (state == FREE)
-        kept = state != BLOCKED
-        return Boxes(boxes.low, boxes.high, clean, boxes.pieces, boxes.origin)[kept]
+    def _sifted(self, low: float, high: float, boxes: Boxes) -> Boxes:
+        """Return the boxes that are not surely blocked, those that are undecided in smaller ones."""
+        # At the ends of the path slabs have no width.
+        parts, smallest = [], max(_SMALLEST, _WIDE * (high - low)) if high > low else np.inf
+        for times in range(_HALVINGS + 1):
+            if not len(boxes):
+                break
+            found = [constraint.of_boxes(boxes.low, boxes.high).state for constraint in self._constraints]
+            state = np.min(found, axis=0)
+            radius = 0.5 * (boxes.high - boxes.low).max(axis=1)
+            again = (state != BLOCKED) & (state != FREE) & (radius > smallest) if times < _HALVINGS else state > FREE
+            clean: BoolArray = boxes.clean & (state == FREE)
+            parts.append(replace(boxes, clean=clean)[(state != BLOCKED) & ~again])
+            if not again.any():
+                break
+            smaller = self._slabs.split(low, high, boxes[again], 0.5 * radius[again])
+            boxes = replace(smaller, origin=boxes.origin[again][smaller.origin])
+        return _together(parts) if parts else boxes

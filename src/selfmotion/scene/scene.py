@@ -15,7 +15,8 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.paths.base import PLANE, SPACE
 from selfmotion.scene import _capsule_kernels as kernels
 from selfmotion.scene.links import Links
-from selfmotion.scene.obstacles import MeshObstacle, Obstacle
+from selfmotion.scene.mesh import MeshObstacle
+from selfmotion.scene.obstacle import Obstacle
 
 _TOLERANCE = 1e-9  # of clearance, as a part of the reach
 
