@@ -47,11 +47,18 @@ def dips(collocation: Collocation, motion: ClosedSpline) -> FloatArray:
 
 
 def spread(collocation: Collocation, by_span: FloatArray) -> FloatArray:
-    """Return what is known by span (spans, m) at the collocation points: the most of the spans that meet there."""
+    """Return what is known by span (spans, m) at the collocation points: the most of the spans to which a point is near.
+
+    Those are the points on a span and the next ones on both sides.
+    """
     edges, points = collocation.space.edges, collocation.points
-    before = np.clip(np.searchsorted(edges, points, side="left") - 1, 0, len(by_span) - 1)
-    after = np.clip(np.searchsorted(edges, points, side="right") - 1, 0, len(by_span) - 1)
-    return np.maximum(by_span[before], by_span[after])
+    first = np.maximum(np.searchsorted(points, edges[:-1], side="right") - 1, 0)
+    last = np.searchsorted(points, edges[1:], side="left")
+    found = np.zeros((len(points), by_span.shape[1]))
+    for span in np.flatnonzero(by_span.any(axis=1)):
+        near = slice(first[span], last[span] + 1)
+        found[near] = np.maximum(found[near], by_span[span])
+    return found
 
 
 def _margins(collocation: Collocation, motion: ClosedSpline, r: FloatArray) -> FloatArray:
