@@ -63,5 +63,5 @@ def spread(collocation: Collocation, by_span: FloatArray) -> FloatArray:
 
 def _margins(collocation: Collocation, motion: ClosedSpline, r: FloatArray) -> FloatArray:
     """Return the margins at r (a, b), shape (a, b, m)."""
-    found = collocation.unshifted_margins(motion(r.ravel()))
+    found = collocation.margins(motion(r.ravel()))
     return found.reshape(*r.shape, found.shape[1])

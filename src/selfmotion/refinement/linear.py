@@ -218,7 +218,10 @@ class BandedLinear(Linear):
         n, f, _ = self.matrices.shape
         tasks, values, width, band = self._jacobian.shape[1], self.problem.values, self._width, self._band
         ab = self._metric.copy(order="F")
-        rows_of_a = self._jacobian if self.soft is None else np.concatenate([self._jacobian, self.soft.gradients], axis=1)
+        rows_of_a = self._jacobian
+        if self.soft is not None:
+            there = self.soft.gradients * (self.soft.weights > 0)[:, :, None]
+            rows_of_a = np.concatenate([rows_of_a, there], axis=1)
         task, joint = np.arange(rows_of_a.shape[1])[:, None], np.arange(n)[None, :]
         for off in range(-DEGREE, DEGREE + 1):
             i = np.arange(max(0, -off), min(f, f - off))

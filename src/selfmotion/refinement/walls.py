@@ -30,7 +30,7 @@ _STUCK = 100.0  # times δ: breaches whose pull is so much greater than that of 
 _STEP = 1e-6  # of the difference that curvatures of margins are taken by [rad]
 
 
-def firmness(mu: float) -> float:
+def relaxed_below(mu: float) -> float:
     """Return the δ of a barrier of weight μ."""
     return mu / min(_FIRM, max(1.0, 0.1 / np.sqrt(mu)))
 
@@ -68,21 +68,20 @@ class Walls:
 
     def __init__(self, problem: Collocation, c: FloatArray, mu: float) -> None:
         self.problem = problem
-        margins = problem.margins(problem.postures(c))
+        margins = self._margins(c)
         self.count = margins.size
         self.z = _force(margins, mu)
 
     def value(self, c: FloatArray, mu: float) -> float:
         """Return the barrier at c."""
-        if not self.count:
-            return 0.0
-        m, delta = self.problem.margins(self.problem.postures(c)), firmness(mu)
+        m, delta = self._margins(c), relaxed_below(mu)
         below = 0.5 * (np.square(m / delta - 2.0) - 1.0) - np.log(delta)
         return mu * float(np.where(m > delta, -np.log(np.maximum(m, delta)), below).sum())
 
     def at(self, q: FloatArray, mu: float) -> Wall:
         """Return the model about postures q (k, n)."""
-        m, gradients = self.problem.margins(q), self.problem.slopes_of_margins(q)
+        m, gradients = self.problem.margin_gradients(q)
+        m -= self.problem.shift
         pull = np.einsum("km,kmn->kn", _force(m, mu), gradients)
         weights = self._weights(m, mu)
         curvature = np.einsum("km,kma,kmb->kab", weights, gradients, gradients) - self._bend(q, gradients, pull)
@@ -92,26 +91,30 @@ class Walls:
         """Return the part of the step d that no margin vanishes along, to first order."""
         speed = -self._along(wall, d)
         with np.errstate(divide="ignore", invalid="ignore"):
-            room = np.where((speed > 0) & (wall.margins > firmness(mu)), wall.margins / speed, np.inf)
+            room = np.where((speed > 0) & (wall.margins > relaxed_below(mu)), wall.margins / speed, np.inf)
         return _TO_WALL * float(room.min(initial=np.inf))
 
     def advance(self, wall: Wall, d: FloatArray, after: FloatArray, mu: float) -> None:
         """Move the multipliers along with a step d to the unknowns `after`."""
-        m = np.maximum(wall.margins, firmness(mu))
+        m = np.maximum(wall.margins, relaxed_below(mu))
         change = _force(wall.margins, mu) - self.z - self.z / m * self._along(wall, d)
         with np.errstate(divide="ignore", invalid="ignore"):
             room = np.where(change < 0, -self.z / change, np.inf).min(initial=np.inf)
         self.z += min(1.0, _TO_WALL * room) * change
-        centred = _force(self.problem.margins(self.problem.postures(after)), mu)
+        centred = _force(self._margins(after), mu)
         self.z = np.clip(self.z, centred / _MULTIPLIER, centred * _MULTIPLIER)
 
     def broken(self, c: FloatArray) -> bool:
         """Return whether a constraint is broken by more than finer knots could mend."""
-        return bool((self.problem.margins(self.problem.postures(c)) < -_BROKEN).any())
+        return bool((self._margins(c) < -_BROKEN).any())
 
     def stuck(self, wall: Wall, mu: float) -> bool:
         """Return whether the minimum for this μ breaks a constraint although all that could be is done about it."""
-        return bool((wall.margins < -max(_STUCK * firmness(mu), _BROKEN)).any())
+        return bool((wall.margins < -max(_STUCK * relaxed_below(mu), _BROKEN)).any())
+
+    def _margins(self, c: FloatArray) -> FloatArray:
+        """Return by how much the margins at the collocation points exceed the shift, shape (k, m)."""
+        return self.problem.margins(self.problem.postures(c)) - self.problem.shift
 
     def _along(self, wall: Wall, d: FloatArray) -> FloatArray:
         """Return how margins change along d, shape (k, m)."""
@@ -119,7 +122,7 @@ class Walls:
 
     def _weights(self, m: FloatArray, mu: float) -> FloatArray:
         """Return the second derivatives by the margins, shape (k, m): primal-dual, but where the barrier is relaxed."""
-        delta = firmness(mu)
+        delta = relaxed_below(mu)
         return np.where(m > delta, self.z / np.maximum(m, delta), mu / delta**2)
 
     def _bend(self, q: FloatArray, gradients: FloatArray, pull: FloatArray) -> FloatArray:
@@ -130,7 +133,7 @@ class Walls:
         felt = np.flatnonzero(strength > _PULLS * strength.max(initial=0.0))
         if len(felt):
             near = (q[felt, None, :] + _STEP * np.eye(n)).reshape(-1, n)
-            there = self.problem.slopes_of_margins(near).reshape(len(felt), n, -1, n)
+            there = self.problem.margin_gradients(near)[1].reshape(len(felt), n, -1, n)
             found = np.einsum("km,kjmn->kjn", self.z[felt], there - gradients[felt][:, None]) / _STEP
             bend[felt] = 0.5 * (found + np.swapaxes(found, 1, 2))
         return bend
@@ -142,11 +145,11 @@ class Walls:
         most = min(_SOFT_ROWS, int(needed.sum(axis=1).max(initial=0)))
         chosen = np.argsort(-felt, axis=1, kind="stable")[:, :most]
         matters = np.take_along_axis(needed, chosen, axis=1)
-        rows = np.take_along_axis(gradients, chosen[:, :, None], axis=1) * matters[:, :, None]
+        rows = np.take_along_axis(gradients, chosen[:, :, None], axis=1)
         return SoftRows(rows, np.where(matters, np.take_along_axis(weights, chosen, axis=1), 0.0))
 
 
 def _force(m: FloatArray, mu: float) -> FloatArray:
     """Return minus the barrier's derivative by the margins."""
-    delta = firmness(mu)
+    delta = relaxed_below(mu)
     return np.where(m > delta, mu / np.maximum(m, delta), mu * (2.0 * delta - m) / delta**2)
