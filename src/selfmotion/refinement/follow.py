@@ -30,7 +30,7 @@ def followed(
     q: FloatArray,
     drift: FloatArray,
     r: FloatArray,
-    rng: np.random.Generator,
+    rng: np.random.Generator | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Lead postures along a path inside the limits.
 
@@ -45,8 +45,8 @@ def followed(
         Joint rates dθ/dr that the self-motion follows as far as the task allows; zero for the least joint motion.
     r : array, shape (k,)
         Path parameters to pass, ascending.
-    rng : Generator
-        Used for arms with further constraints only.
+    rng : Generator, optional
+        What is caught by an arm's further constraints is replaced by; without one it is not.
 
     Returns
     -------
@@ -57,9 +57,9 @@ def followed(
 
     Notes
     -----
-    Of an arm's further constraints the motions are kept clear by pushes of their self-motion. One that is caught, or can go
-    no further, goes on as a copy of one that is not, with another's drift, as long as there is one: go with the winners
-    (Aldous, Vazirani 1994). Without one they go on through.
+    Of an arm's further constraints the motions are kept clear by pushes of their self-motion. One that is caught, or
+    can go no further, goes on as a copy of one that is not, with another's drift, as long as there is one: go with the
+    winners (Aldous, Vazirani 1994). Without one they go on through.
     """
     motions = np.empty((len(q), len(r), arm.n))
     motions[:, 0] = q
@@ -76,7 +76,7 @@ def followed(
         if constrained:
             free[going] &= is_clear(arm, moved[ok])
             alive = going[free[going]]
-            if 0 < len(alive) < len(q):
+            if rng is not None and 0 < len(alive) < len(q):
                 caught = np.setdiff1d(np.arange(len(q)), alive)
                 copied = rng.choice(alive, len(caught))
                 motions[caught, : k + 1], drift[caught] = motions[copied, : k + 1], drift[rng.permutation(caught)]

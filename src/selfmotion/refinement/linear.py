@@ -6,10 +6,10 @@ optimality conditions ``P d − Aᵀλ = c, A d = y`` with unknowns and multipli
 spline's coefficient meets its neighbours only. The first costs the cube of tasks times knots, the second the square of
 joints and tasks, times knots.
 
-*Soft rows* ``½ Σ w (g d(r_k))²`` may be added to P: the barrier's curvature at a collocation point, which couples joints
-and grows without bound. They stay out of P itself: with ``y = −w g d(r_k)`` they are rows of A with ``1/w`` on the diagonal
-of the multipliers, ``g d(r_k) + y/w = 0``, so that P remains one matrix per joint, and a large w is as harmless as the
-task, which is one whose w is infinite.
+*Soft rows* ``½ Σ w (g d(r_k))²`` may be added to P: the barrier's curvature at a collocation point, which couples
+joints and grows without bound. They stay out of P itself: with ``y = −w g d(r_k)`` they are rows of A with ``1/w`` on
+the diagonal of the multipliers, ``g d(r_k) + y/w = 0``, so that P remains one matrix per joint, and a large w is as
+harmless as the task, which is one whose w is infinite.
 """
 
 from __future__ import annotations
@@ -61,9 +61,7 @@ class Linear(ABC):
         If a matrix is singular.
     """
 
-    def __init__(
-        self, problem: Collocation, q: FloatArray, matrices: FloatArray, soft: SoftRows | None = None
-    ) -> None:
+    def __init__(self, problem: Collocation, q: FloatArray, matrices: FloatArray, soft: SoftRows | None = None) -> None:
         self.problem, self.matrices = problem, matrices
         self.soft = soft if soft is not None and soft.weights.any() else None
         self._jacobian = problem.arm.jacobian(q)
@@ -178,7 +176,6 @@ class DenseLinear(Linear):
             return self._softly_solved(moved, lack)
         found = np.asarray(cho_solve(self._schur, lack.ravel(), check_finite=False)).reshape(lack.shape)
         return moved + (self._inverse @ self.transposed(found)[:, :, None])[:, :, 0], found
-
 
     def _softly_solved(self, moved: FloatArray, lack: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the same as :meth:`_solved`, with soft rows."""

@@ -4,8 +4,13 @@ An arm's ``constraints`` say of postures by how much they hold, m(q) ≥ 0. At e
 
     μ b(m),    b(m) = −log m for m > δ,    b(m) = ½ ((m − 2δ)²/δ² − 1) − log δ below
 
-to φ (Hauser, Saccon 2006): twice continuously differentiable and finite everywhere, so that a start may break a constraint
-and is pushed out. δ shrinks with μ, and faster at first, so that what is left of a breach goes to zero as well.
+to φ (Hauser, Saccon 2006): twice continuously differentiable and finite everywhere, so that a start may break a
+constraint and is pushed out. δ shrinks with μ, and faster at first, so that what is left of a breach goes to zero too.
+
+Inside, the Hessian has the primal-dual weight z/m in the place of μ/m² (Wächter, Biegler 2006), below δ its own μ/δ²,
+and ``−Σ z ∇²m`` by differences of the gradients. As μ → 0 the weights of what the motion touches grow without bound:
+these rows are in the metric too, as soft rows (:mod:`selfmotion.refinement.linear`), so that the number of inner steps
+does not grow with them.
 """
 
 from __future__ import annotations
@@ -108,10 +113,6 @@ class Walls:
         """Return whether a constraint is broken by more than finer knots could mend."""
         return bool((self._margins(c) < -_BROKEN).any())
 
-    def stuck(self, wall: Wall, mu: float) -> bool:
-        """Return whether the minimum for this μ breaks a constraint although all that could be is done about it."""
-        return bool((wall.margins < -max(_STUCK * relaxed_below(mu), _BROKEN)).any())
-
     def _margins(self, c: FloatArray) -> FloatArray:
         """Return by how much the margins at the collocation points exceed the shift, shape (k, m)."""
         return self.problem.margins(self.problem.postures(c)) - self.problem.shift
@@ -147,6 +148,11 @@ class Walls:
         matters = np.take_along_axis(needed, chosen, axis=1)
         rows = np.take_along_axis(gradients, chosen[:, :, None], axis=1)
         return SoftRows(rows, np.where(matters, np.take_along_axis(weights, chosen, axis=1), 0.0))
+
+
+def is_stuck(wall: Wall, mu: float) -> bool:
+    """Return whether the minimum for a weight μ breaks a constraint although it is pulled at as hard as can be."""
+    return bool((wall.margins < -max(_STUCK * relaxed_below(mu), _BROKEN)).any())
 
 
 def _force(m: FloatArray, mu: float) -> FloatArray:
