@@ -26,7 +26,7 @@ import numpy as np
 from selfmotion._types import FloatArray
 from selfmotion.refinement.collocation import Collocation
 from selfmotion.refinement.linear import Linear, linear_at
-from selfmotion.refinement.walls import Wall, Walls, is_stuck
+from selfmotion.refinement.walls import Wall, Walls
 
 _ON_TASK = 1e-13  # tracking at the collocation points, as a part of the reach: rounding of some links' sum
 _LOST = 1e-10  # tracking beyond which a start is given up
@@ -113,7 +113,11 @@ class _Barrier:
     def part(self, c: FloatArray, d: FloatArray, wall: Wall | None, mu: float) -> float:
         """Return what part of a step d may be gone, at most all of it."""
         part = min(1.0, _TO_LIMIT * self.room(c, d))
-        return part if self.walls is None or wall is None else min(part, self.walls.room(wall, d, mu))
+        return part if self.walls is None or wall is None else min(part, self.walls.room(wall, c, d, mu))
+
+    def is_stuck(self, wall: Wall | None, mu: float) -> bool:
+        """Return whether a constraint on postures cannot be kept."""
+        return self.walls is not None and wall is not None and self.walls.is_stuck(wall, mu)
 
     def advance(self, c: FloatArray, d: FloatArray, after: FloatArray, wall: Wall | None, mu: float) -> None:
         """Move the multipliers along with a step d from c to `after`."""
@@ -232,7 +236,7 @@ def minimise(
             break
         if iterate.decrement <= max(floor, 0.1 * mu if barrier.count else 0.0):
             converged = mu <= least
-            if converged or (iterate.wall is not None and is_stuck(iterate.wall, mu)):
+            if converged or barrier.is_stuck(iterate.wall, mu):
                 break
             mu = max(_SHRINK * mu, least)
             continue
