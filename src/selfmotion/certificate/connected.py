@@ -7,12 +7,13 @@ they overlap, and from part to part with r never descending; so cells that no su
 from __future__ import annotations
 
 import time
+from itertools import pairwise
 
 import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.arms.cells import Cells
-from selfmotion.arms.slabs import Boxes, SlabCover
+from selfmotion.arms.slabs import SlabCover
 from selfmotion.certificate._chain_kernels import components, meeting
 
 _PARTS = 4  # of a slab
@@ -52,37 +53,34 @@ def groups(
     from scipy.sparse.csgraph import connected_components
 
     edges = np.linspace(low, high, _PARTS + 1)
-    leads: BoolArray | None = None  # from the parts of the self-motion at the beginning to those that are reached
-    begin: BoolArray | None = None
-    boxes = label = None
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    ways = np.eye(len(one), dtype=bool)  # from cells to what they lead to: themselves, connected parts, cells again
+    before = _extent(one)
+    for start, stop in pairwise(edges.tolist()):
         if time.perf_counter() > deadline:
             raise NotInTimeError
-        new = slabs.boxes(float(start), float(stop), _SIZE)
-        to = components(new.low, new.high, slabs.wraps)
-        count = int(to.max(initial=-1)) + 1
-        if leads is None or boxes is None or label is None:
-            begin, leads = _touched(one, new, to, count, slabs.wraps), np.eye(count, dtype=bool)
-        else:
-            step = np.zeros((leads.shape[1], count), bool)
-            meeting(boxes.low, boxes.high, label, new.low, new.high, to, slabs.wraps, step)
-            leads = leads @ step
-        boxes, label = new, to
-    assert leads is not None
-    assert begin is not None
-    assert boxes is not None
-    end = _touched(two, boxes, label, leads.shape[1], slabs.wraps)
-    ways = begin @ leads @ end.T  # which cell leads to which
+        boxes = slabs.boxes(start, stop, _SIZE)
+        now = boxes.low, boxes.high, components(boxes.low, boxes.high, slabs.wraps)
+        ways = ways @ _meeting(before, now, slabs.wraps)
+        before = now
+    ways = ways @ _meeting(before, _extent(two), slabs.wraps)
     m, k = ways.shape
     i, j = np.nonzero(ways)
     _, number = connected_components(coo_array((np.ones(len(i), bool), (i, m + j)), shape=(m + k, m + k)), False)
     return np.where(ways.any(axis=1), number[:m], -1), np.where(ways.any(axis=0), number[m:], -1)
 
 
-def _touched(cells: Cells, boxes: Boxes, label: IntArray, count: int, wraps: BoolArray) -> BoolArray:
-    """Return which connected parts of the boxes each cell meets, shape (m, count)."""
-    room: FloatArray = cells.dev + _ROUNDING
-    low, high = np.minimum(cells.a, cells.b) - room, np.maximum(cells.a, cells.b) + room
-    found = np.zeros((len(cells), count), bool)
-    meeting(low, high, np.arange(len(cells)), boxes.low, boxes.high, label, wraps, found)
+Labelled = tuple[FloatArray, FloatArray, IntArray]
+"""Ends of boxes (m, n), and the number of the part (m,) that each belongs to."""
+
+
+def _extent(cells: Cells) -> Labelled:
+    """Return the boxes of cells, each a part by itself."""
+    room = cells.dev + _ROUNDING
+    return np.minimum(cells.a, cells.b) - room, np.maximum(cells.a, cells.b) + room, np.arange(len(cells))
+
+
+def _meeting(one: Labelled, two: Labelled, wraps: BoolArray) -> BoolArray:
+    """Return which parts of one set of boxes meet which of another."""
+    found = np.zeros([int(label.max(initial=-1)) + 1 for _, _, label in (one, two)], bool)
+    meeting(*one, *two, wraps, found)
     return found
