@@ -76,7 +76,7 @@ class Walls:
 
     def relaxed_below(self, mu: float) -> float:
         """Return the δ of a barrier of weight μ."""
-        # Through a wide δ a clear motion could slip across what is thin; one that is not clear is to be led out gently.
+        # Through a wide δ a motion that is clear could slip across what is thin; one that is not is led out gently.
         return mu / (min(_FIRM, max(1.0, _FIRM_AT_FIRST / np.sqrt(mu))) if self._gentle else _FIRM)
 
     def value(self, c: FloatArray, mu: float) -> float:
