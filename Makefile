@@ -5,6 +5,8 @@ BIN := $(VENV)/bin
 PEERS := 'cma>=4.0' 'pygmo>=2.19' 'pymoo>=0.6' 'tesseract-robotics>=0.5'
 DEPENDENCIES := pyproject.toml src/selfmotion/_version.py
 LOCK := requirements/dev.txt
+# Each process begins with tests that lie together, so that what a module prepares is prepared once.
+SHARED := -n auto --dist worksteal
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check install
 
 .PHONY: demo test coverage lint docs bench lock dist clean
@@ -13,11 +15,11 @@ demo: $(VENV)/.core  ## the paper's 3R and 6R studies: out/report.html, out/repo
 	$(BIN)/selfmotion reproduce --out out
 
 test: lint docs $(VENV)/.dev  ## everything that must hold
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest $(SHARED)
 
 coverage: $(VENV)/.dev  ## which lines of Python no test runs; less than 95 % of them run is an error
 	$(BIN)/coverage erase
-	$(BIN)/coverage run -m pytest -n auto
+	$(BIN)/coverage run -m pytest $(SHARED)
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report
 
