@@ -194,7 +194,7 @@ def test_a_shift_is_added_to_every_coefficient():
     problem, profile, branch = random_search(3)
     a = population(profile, np.random.default_rng(0))
     plain = PlanarCandidates(problem, profile, branch)(a)
-    shifted = PlanarCandidates(problem, profile, branch, shift=2.0)(a - 2.0)
+    shifted = PlanarCandidates(problem, profile, branch).shifted(2.0)(a - 2.0)
     np.testing.assert_allclose(shifted, plain, rtol=1e-12)
 
 
