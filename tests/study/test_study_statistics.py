@@ -126,6 +126,7 @@ def test_what_differs_by_rounding_is_a_tie():
 
 def test_searches_are_held_against_the_best_of_them_too():
     rows = [row("p", A, 1, 2.2), row("p", A, 2, 2.4), row("p", B, 1, 2.0 + 1e-7), row("p", B, 2, 2.0)]
+    rows[-1]["parameters"] = {"f": 0.5, "elbow": "positive"}
     found = compared([*rows, proof("p", 1.0, 1.5)])
     a, b, proved = found.summaries
     assert a.behind == pytest.approx(tuple(np.percentile([0.1, 0.2], [25, 50, 75])))
@@ -134,6 +135,7 @@ def test_searches_are_held_against_the_best_of_them_too():
     assert np.isnan(proved.behind).all()
     (case,) = found.cases
     assert (case.lower_bound, case.best, case.searched) == (1.0, 1.5, 2.0)
+    assert case.at == {"f": 0.5}
     assert case.behind == {A: pytest.approx(0.15), B: pytest.approx(2.5e-8)}
 
 

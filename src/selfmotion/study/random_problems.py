@@ -30,7 +30,7 @@ _TRIES = 30
 _MOST_DRAWN = 200  # problems, until one is reachable
 _LOOKS = np.linspace(0.0, 1.0, 49)
 _LEAST_LINKS, _MOST_LINKS = 3, 12
-SEED_AMPLITUDE = 0.4
+_SEED_AMPLITUDE = 0.4
 _FREQUENCIES = 1501  # that are tried
 _SAMPLES = 240  # 16 per cycle of the fastest
 
@@ -69,12 +69,7 @@ def reachable_problem(seed: int) -> Problem:
 
 
 def sinusoid_problem(seed: int) -> Problem:
-    """Return a reachable problem with a start and without an end that a sinusoid of the seed's family solves.
-
-    Of the sinusoids (22) with the seed's amplitude 0.4 and frequencies in its box [0, 15] one at least, of many that
-    are tried, stays inside the angle domain at every sample.
-    """
-    frequencies = np.linspace(*DEFAULT_BOUNDS, _FREQUENCIES)[:, None]
+    """Return a reachable problem with a start and without an end that a sinusoid of the seed's family solves."""
     for k in range(_MOST_DRAWN):
         drawn = reachable_problem(_MOST_DRAWN * seed + k)
         if drawn.start is None or drawn.end is not None:
@@ -83,13 +78,21 @@ def sinusoid_problem(seed: int) -> Problem:
         problem = Problem(
             drawn.arm, drawn.path, start=start, elbow=drawn.elbow, weights=drawn.weights, samples=_SAMPLES
         )
-        profile = SinusoidProfile(drawn.start.u, [SEED_AMPLITUDE])
-        if any(
-            (PlanarCandidates(problem, profile, branch)(frequencies) < INFEASIBLE).any()
-            for branch in problem.start_branches
-        ):
+        if follows_a_sinusoid(problem):
             return problem
     raise AssertionError("no such problem was drawn")
+
+
+def follows_a_sinusoid(problem: Problem) -> bool:
+    """Return whether a sinusoid (22) from the problem's start stays inside the angle domain at every sample.
+
+    Of those with the seed's amplitude 0.4 and frequencies in its box [0, 15] some thousand are tried.
+    """
+    assert problem.start is not None
+    profile = SinusoidProfile(problem.start.u, [_SEED_AMPLITUDE])
+    frequencies = np.linspace(*DEFAULT_BOUNDS, _FREQUENCIES)[:, None]
+    judges = (PlanarCandidates(problem, profile, branch) for branch in problem.start_branches)
+    return any((judge(frequencies) < INFEASIBLE).any() for judge in judges)
 
 
 def many_link_problem(seed: int) -> Problem:

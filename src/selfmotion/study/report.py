@@ -227,8 +227,9 @@ def _problems_csv(found: Comparison) -> bytes:
     rows = []
     for case in found.cases:
         behind = [f"{case.behind[method]:.3g}" if method in case.behind else None for method in methods]
-        rows.append([case.name, case.lower_bound, case.best, case.searched, *behind])
-    return lines_as_csv(("problem", "lower_bound", "best", "best_search", *map(str, methods)), rows)
+        at = " ".join(f"{name}={value:.6g}" for name, value in case.at.items())
+        rows.append([case.name, case.lower_bound, case.best, case.searched, at, *behind])
+    return lines_as_csv(("problem", "lower_bound", "best", "best_search", "at", *map(str, methods)), rows)
 
 
 def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

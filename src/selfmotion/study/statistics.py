@@ -118,6 +118,8 @@ class Case:
         The largest that was proved.
     best, searched : float
         The least cost of all runs, and of all searches; infinite if none solved it.
+    at : dict
+        The numbers among the parameters of the best search, such as the frequency of a sinusoid.
     behind : dict
         Method to the median over its seeds of the excess over `searched`, infinite if less than half of them solved it;
         methods that are no searches, or have not done the problem, are left out.
@@ -127,6 +129,7 @@ class Case:
     lower_bound: float | None
     best: float
     searched: float
+    at: dict[str, float]
     behind: dict[Method, float]
 
 
@@ -177,7 +180,8 @@ def compared(table: Sequence[Mapping[str, Any]]) -> Comparison:
     ]
     bounds = _bounds(table)
     best = _least(table)
-    searched = _least([row for method in searches for of in rows[method].values() for row in of])
+    of_searches = [row for method in searches for of in rows[method].values() for row in of]
+    searched = _least(of_searches)
     references = {name: bounds.get(name, cost) for name, cost in best.items()}
     excess = {method: _excesses(by, references) for method, by in rows.items()}
     behind = {method: _excesses(rows[method], searched) for method in searches}
@@ -192,9 +196,10 @@ def compared(table: Sequence[Mapping[str, Any]]) -> Comparison:
     for method, by in rows.items():
         asked = searched if method in searches else references
         summaries.append(_summary(method, by, asked, excess[method], behind.get(method, {}), ranks.get(method, np.nan)))
+    places = _places(of_searches, searched)
     cases = [
         Case(
-            name, bounds.get(name), best.get(name, np.inf), searched.get(name, np.inf),
+            name, bounds.get(name), best.get(name, np.inf), searched.get(name, np.inf), places.get(name, {}),
             {method: medians[method][name] for method in searches if name in medians[method]},
         )
         for name in dict.fromkeys(row["problem"] for row in table)
@@ -221,6 +226,16 @@ def _least(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
         if row["status"] == "solved" and row["cost"] is not None:
             least[row["problem"]] = min(row["cost"], least.get(row["problem"], np.inf))
     return least
+
+
+def _places(rows: Sequence[Mapping[str, Any]], least: Mapping[str, float]) -> dict[str, dict[str, float]]:
+    """Return the numbers among the parameters of the first run of each problem that has its least cost."""
+    places: dict[str, dict[str, float]] = {}
+    for row in rows:
+        if row["problem"] not in places and row["cost"] is not None and row["cost"] == least.get(row["problem"]):
+            known = row.get("parameters") or {}
+            places[row["problem"]] = {name: value for name, value in known.items() if isinstance(value, float)}
+    return places
 
 
 def _bounds(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
