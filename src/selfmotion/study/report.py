@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 
+import numpy as np
+
+from selfmotion._types import FloatArray
 from selfmotion._version import __version__
 from selfmotion.plot import draw_evolution, draw_spread, figure, image_files
 from selfmotion.plot.evolution import FLOOR
@@ -41,9 +44,12 @@ def report_files(study: Study, store: Store) -> dict[str, bytes]:
 def _convergence(found: Comparison) -> dict[str, bytes]:
     """Draw the searches of each planner in axes of their own, all to the same scale."""
     planners = list(dict.fromkeys(method.planner for method in found.bands))
+    drawn = found.bands
+    if _many(found):
+        drawn = {method: _median(band) for method, band in found.bands.items()}
     with figure(width=3.2 * len(planners) + 1.6, height=3.2, columns=len(planners)) as (canvas, every):
         for axes, planner in zip(every, planners, strict=True):
-            own = {method: band for method, band in found.bands.items() if method.planner == planner}
+            own = {method: band for method, band in drawn.items() if method.planner == planner}
             draw_evolution(axes, {_label(method): band for method, band in own.items()}, 0.0)
             axes.set_title(planner if len(planners) > 1 else "")
             axes.set_ylabel("")
@@ -51,6 +57,18 @@ def _convergence(found: Comparison) -> dict[str, bytes]:
         every[0].set_ylabel("excess over the best search")
         every[-1].legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
         return image_files("convergence", canvas)
+
+
+def _many(found: Comparison) -> bool:
+    """Return whether the bands of a planner's optimizers would hide each other."""
+    planners = [method.planner for method in found.bands]
+    return max(map(planners.count, planners)) > _MOST_BANDS
+
+
+def _median(band: FloatArray) -> FloatArray:
+    """Return the median after each iteration, NaN while half of the runs have found nothing."""
+    middle = np.median(np.where(np.isnan(band), np.inf, band), axis=0)
+    return np.where(np.isinf(middle), np.nan, middle)
 
 
 def _spread(found: Comparison) -> dict[str, bytes]:
@@ -81,6 +99,7 @@ def _ends(found: Comparison, group: Group) -> Iterator[tuple[str, list[float]]]:
         yield _label(method), [min(value, _FAR) for value in values]
 
 
+_MOST_BANDS = 4
 _FAR = 10.0  # where an excess is drawn that is infinite
 
 
@@ -141,7 +160,7 @@ def _text(study: Study, store: Store, found: Comparison, files: dict[str, bytes]
         lines += [
             "## Convergence",
             "",
-            "Median and quartiles of the best so far, over all problems and seeds.",
+            f"{'Median' if _many(found) else 'Median and quartiles'} of the best so far, over all problems and seeds.",
             "",
             "![Convergence](convergence.png)",
             "",
