@@ -137,7 +137,7 @@ def facts():
     yield f"f = {f[0]:.4f}, which costs {float(seed['best_search']):.4f} and {per_cent(over[0])} more than"
 
 
-@pytest.mark.parametrize("fact", facts())
+@pytest.mark.parametrize("fact", list(facts()))
 def test_the_page_says_what_was_found(fact):
     assert fact in " ".join(PAGE.split())
 
