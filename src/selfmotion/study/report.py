@@ -74,12 +74,14 @@ def _median(band: FloatArray) -> FloatArray:
 def _spread(found: Comparison) -> dict[str, bytes]:
     """Draw where each search ends, problem by problem; planners with the same optimizers below each other."""
     first = found.groups[0]
-    same = [group for group in found.groups if _labels(group) == _labels(first)]
-    rows = len(first.methods)
-    with figure(width=5.5, height=0.6 + (0.14 + 0.2 * len(same)) * rows) as (canvas, (axes,)):
-        draw_spread(axes, {group.name: dict(_ends(found, group)) for group in same})
+    ends = {group.name: dict(_ends(found, group)) for group in found.groups if _labels(group) == _labels(first)}
+    known = [name for name in _labels(first) if all(values[name] for values in ends.values())]
+    if not known:
+        return {}
+    with figure(width=5.5, height=0.6 + (0.14 + 0.2 * len(ends)) * len(known)) as (canvas, (axes,)):
+        draw_spread(axes, {group: {name: values[name] for name in known} for group, values in ends.items()})
         axes.set_xlabel("excess over the best search, median of the seeds")
-        if len(same) == 1:
+        if len(ends) == 1:
             axes.get_legend().set_visible(False)  # type: ignore[union-attr]
         return image_files("spread", canvas)
 
