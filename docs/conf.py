@@ -5,6 +5,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from comparison import write_comparison
 from example_runs import write_examples
 from figures import write_flows, write_ten_minutes
 from many_links import write_many_links
@@ -41,6 +42,7 @@ napoleon_use_ivar = True
 suppress_warnings = ["ref.python"]
 
 write_tables(Path(__file__).parent / "_generated")
+write_comparison(Path(__file__).parent / "_generated")
 write_schema(Path(__file__).parent / "_generated")
 write_flows(Path(__file__).parent / "_generated")
 write_ten_minutes(Path(__file__).parent / "_generated")

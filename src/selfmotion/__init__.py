@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from selfmotion.intervals import IntervalSet
     from selfmotion.judgement import judge
     from selfmotion.mending import repair
-    from selfmotion.optimizers import CMAES, GA, GWO, PSO, DifferentialEvolution, RandomSearch
+    from selfmotion.optimizers import CMAES, GA, GWO, PSO, DifferentialEvolution, RandomSearch, Shifted
     from selfmotion.paths import (
         Arc,
         ArcLength,
@@ -109,7 +109,7 @@ _HOME = {
         "save_trajectory", "save_urdf",
     ),
     "intervals": ("IntervalSet",),
-    "optimizers": ("CMAES", "DifferentialEvolution", "GA", "GWO", "PSO", "RandomSearch"),
+    "optimizers": ("CMAES", "DifferentialEvolution", "GA", "GWO", "PSO", "RandomSearch", "Shifted"),
     "paths": (
         "Arc", "ArcLength", "Bezier", "Circle", "Clothoid", "Concatenation", "Ellipse", "Line", "Lissajous",
         "Placed", "PosePath", "PoseWaypoints", "Reversed", "Rose", "Transformed", "Waypoints",

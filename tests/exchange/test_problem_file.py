@@ -122,7 +122,10 @@ def test_bad_forms_of_poses_name_their_field(field):
 
 @pytest.mark.parametrize("kind", registry.OPTIMIZERS)
 def test_every_optimizer_of_the_registry_can_be_written_down(kind):
-    planner = {"kind": "sinusoid", "offset": [0.3], "amplitude": [0.4], "optimizer": {"kind": kind, "seed": 3}}
+    optimizer = {"kind": kind, "seed": 3}
+    if kind == "shifted":
+        optimizer = {"kind": kind, "shift": -2, "optimizer": {"kind": "gwo", "seed": 3}}
+    planner = {"kind": "sinusoid", "offset": [0.3], "amplitude": [0.4], "optimizer": optimizer}
     data = {"arm": ARM, "path": {"kind": "line", **PATHS["line"]}, "planner": planner}
     jsonschema.validate(data, json_schema())
     assert problem_from(data).planner.optimizer.kind == kind

@@ -29,8 +29,11 @@ PROBLEMS = {
 }
 
 
+KINDS = {**OPTIMIZERS, "shifted": lambda *args, **more: sm.Shifted(sm.PSO(*args, **more), -40.0)}
+
+
 def variants():
-    for kind, optimizer in OPTIMIZERS.items():
+    for kind, optimizer in KINDS.items():
         if kind == "pso":
             yield "pso seed", lambda **k: sm.PSO(variant="seed", **k)
             yield "pso canonical", lambda **k: sm.PSO(variant="canonical", **k)
@@ -77,10 +80,8 @@ def test_doing_nothing_does_not(problem, random_median):
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 5])
-@pytest.mark.parametrize("kind", OPTIMIZERS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_same_seed_same_bits_inside_the_box_full_history(kind, dimension):
-    if kind == "cma" and dimension == 1:
-        pytest.skip("cma needs two variables")
     seen = []
 
     def function(x):
@@ -89,16 +90,16 @@ def test_same_seed_same_bits_inside_the_box_full_history(kind, dimension):
 
     bounds = [(-1.0, 0.5 + j) for j in range(dimension)]
     np.random.seed(99)  # noqa: NPY002 (global state must not matter)
-    first = OPTIMIZERS[kind](8, 12, bounds, seed=7).minimize(function, dimension)
+    first = KINDS[kind](8, 12, bounds, seed=7).minimize(function, dimension)
     assert len(seen) == 12  # one batch per generation
     assert all(x.shape == (8, dimension) for x in seen)
     everything = np.vstack(seen)
     assert (everything >= -1.0).all()
     assert (everything <= np.array(bounds)[:, 1]).all()
     np.random.seed(1)  # noqa: NPY002
-    again = OPTIMIZERS[kind](8, 12, bounds, seed=7).minimize(function, dimension)
+    again = KINDS[kind](8, 12, bounds, seed=7).minimize(function, dimension)
     np.testing.assert_array_equal(first.population, again.population)
-    other = OPTIMIZERS[kind](8, 12, bounds, seed=8).minimize(function, dimension)
+    other = KINDS[kind](8, 12, bounds, seed=8).minimize(function, dimension)
     assert (first.population != other.population).any()
     np.testing.assert_array_equal(first.population, everything)
     assert first.value == first.values.min() == function(first.x[None])[0]
@@ -110,14 +111,14 @@ def test_same_seed_same_bits_inside_the_box_full_history(kind, dimension):
     assert (np.diff(history.time_s) >= 0).all()
 
 
-@pytest.mark.parametrize("kind", OPTIMIZERS)
+@pytest.mark.parametrize("kind", KINDS)
 def test_nan_is_never_best(kind):
     def function(x):
         values = (x**2).sum(axis=1)
         values[::2] = np.nan
         return values
 
-    result = OPTIMIZERS[kind](8, 6, (-1, 1), seed=0).minimize(function, 2)
+    result = KINDS[kind](8, 6, (-1, 1), seed=0).minimize(function, 2)
     assert result.value < 10
     assert not np.isnan(result.values).any()
 
@@ -221,11 +222,9 @@ def test_bad_settings_are_refused_by_field(bad):
     assert caught.value.field in bad
 
 
-def test_wrong_number_of_bounds_and_cma_in_one_dimension():
+def test_wrong_number_of_bounds_and_too_small_a_population():
     with pytest.raises(sm.InvalidInputError):
         sm.PSO(bounds=[(0, 1), (0, 1)]).minimize(lambda x: x[:, 0], 3)
-    with pytest.raises(sm.InvalidInputError):
-        sm.CMAES().minimize(lambda x: x[:, 0], 1)
     with pytest.raises(sm.InvalidInputError):
         sm.GA(population=3)
 
@@ -234,3 +233,51 @@ def test_random_search_never_looks_at_the_same_point_twice():
     points = sm.RandomSearch(10, 20, (0, 1), seed=4).minimize(lambda x: x[:, 0], 2).population
     assert len(np.unique(points, axis=0)) == 200
     assert np.abs(points.mean(axis=0) - 0.5).max() < 0.1
+
+
+def bumpy(x):
+    return np.cos(5 * x).sum(axis=1) + 0.1 * ((x - 0.4) ** 2).sum(axis=1)
+
+
+@pytest.mark.parametrize("dimension", [1, 3])
+@pytest.mark.parametrize(("name", "make"), list(variants()), ids=lambda v: v if isinstance(v, str) else "")
+def test_only_to_the_grey_wolves_a_shifted_copy_is_another_problem(name, make, dimension):
+    budget = {"population": 12, "iterations": 25, "bounds": (0.0, 15.0), "seed": 3}
+    plain = make(**budget).minimize(bumpy, dimension)
+    shifted = sm.Shifted(make(**budget), 7.5).minimize(bumpy, dimension)
+    if name == "gwo":
+        assert np.abs(np.subtract(shifted.history.best, plain.history.best)).max() > 1e-4
+        assert np.abs(shifted.population - plain.population)[12:].max() > 0.1
+    else:
+        np.testing.assert_allclose(shifted.history.best, plain.history.best, rtol=0, atol=1e-6)
+    assert shifted.evaluations == plain.evaluations
+    np.testing.assert_array_equal(shifted.values, bumpy(shifted.population))
+    assert shifted.population.min() >= 0.0
+    assert shifted.population.max() <= 15.0
+
+
+def test_a_shifted_optimizer_searches_the_moved_box_and_tells_what_it_is():
+    seen = []
+
+    class Spy(sm.RandomSearch):
+        def start(self, lower, upper, rng):
+            seen.append((lower.tolist(), upper.tolist()))
+            return super().start(lower, upper, rng)
+
+    inner = Spy(3, 2, (0, 15), seed=5)
+    shifted = sm.Shifted(inner, 7.5).with_bounds([(1, 2), (3, 5)]).with_seed(8)
+    plain = sm.RandomSearch(3, 2, [(1, 2), (3, 5)], seed=8)
+    assert seen == []
+    found = shifted.minimize(bumpy, 2)
+    assert seen == [([-6.5, -4.5], [-5.5, -2.5])]
+    np.testing.assert_allclose(found.population, plain.minimize(bumpy, 2).population, rtol=1e-15)
+    assert shifted.settings() == {"shift": 7.5, "optimizer": {"kind": "random", **plain.settings()}}
+    assert not sm.Shifted(sm.PSO()).has_own_bounds
+    assert shifted.has_own_bounds
+
+
+@pytest.mark.parametrize(("bad", "field"), [((1, 2.0), "optimizer"), ((sm.PSO(), float("nan")), "shift")])
+def test_bad_shifts_are_refused_by_field(bad, field):
+    with pytest.raises(sm.InvalidInputError) as caught:
+        sm.Shifted(*bad)
+    assert caught.value.field == field

@@ -191,11 +191,13 @@ def test_threads_give_the_same_bits():
 
 
 def test_a_shift_is_added_to_every_coefficient():
-    problem, profile, branch = random_search(3)
-    a = population(profile, np.random.default_rng(0))
-    plain = PlanarCandidates(problem, profile, branch)(a)
-    shifted = PlanarCandidates(problem, profile, branch, shift=2.0)(a - 2.0)
-    np.testing.assert_allclose(shifted, plain, rtol=1e-12)
+    changed = []
+    for seed in range(8):
+        problem, profile, branch = random_search(seed, FAMILIES)
+        a, judge = population(profile, np.random.default_rng(0)), PlanarCandidates(problem, profile, branch)
+        np.testing.assert_allclose(judge.shifted(2.3).shifted(-0.3)(a - 2.0), judge(a), rtol=1e-12)
+        changed.append(not np.allclose(judge(a - 2.0), judge(a), rtol=1e-6))
+    assert sum(changed) > 4
 
 
 def test_a_candidate_out_of_reach_between_the_samples_is_no_candidate():

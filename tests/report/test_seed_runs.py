@@ -89,7 +89,7 @@ def test_the_shifted_copy_is_the_same_problem_elsewhere(study):
 @every_case
 def test_what_searches_the_shifted_copy_judges_the_same_motions(case):
     f = np.linspace(0.0, 15.0, 40)[:, None]
-    shifted = case.case.candidates(seed_runs.SHIFT)(f - seed_runs.SHIFT)
+    shifted = case.case.candidates().shifted(seed_runs.SHIFT)(f - seed_runs.SHIFT)
     np.testing.assert_allclose(shifted, case.case.fitness(f[:, 0]), rtol=1e-12)
 
 

@@ -11,7 +11,10 @@ from selfmotion.exchange.plan_parts import problem_object
 from selfmotion.study.random_problems import KINDS, many_link_problem
 
 # Studies name problems by generator and seed: what these mean must not change. A new law is a new kind.
-KNOWN = {"random": "0fbcf841ff4a51c8", "reachable": "022142b15e535691", "nR": "e7bae728fc1fe6f0"}
+KNOWN = {
+    "random": "0fbcf841ff4a51c8", "reachable": "022142b15e535691", "sinusoid": "2bc861497296ad39",
+    "nR": "e7bae728fc1fe6f0",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -47,3 +50,11 @@ def test_problems_of_many_links_begin_in_their_limits_and_most_have_motions():
         except sm.SelfMotionError:
             continue
     assert solved >= 4
+
+
+def test_problems_for_sinusoids_are_solved_by_one():
+    planner = sm.Sinusoid(amplitude=[0.4], optimizer=sm.RandomSearch(100, 10, seed=1))
+    for seed in range(8):
+        problem = KINDS["sinusoid"](seed)
+        assert problem.end is None
+        assert sm.plan(problem, planner).verification.holds

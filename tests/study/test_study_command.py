@@ -123,6 +123,15 @@ def test_a_report_of_searches_has_their_convergence(run, quick, tmp_path):
     assert "--force" in err
 
 
+@pytest.mark.parametrize(("offset", "limit", "pictured"), [(0.3, 1, True), (0.3, 5, True), (3.0, 8, False)])
+def test_a_report_of_little_or_nothing_is_one(run, study_file, tmp_path, offset, limit, pictured):
+    planners = {"sinusoid": {"kind": "sinusoid", "offset": [offset], "amplitude": [0.4]}}
+    file = study_file(**{**QUICK, "planners": planners})
+    run("study", "run", file, *HERE, "--limit", str(limit))
+    assert run("study", "report", file, "--out", str(tmp_path / "report"))[0] == 0
+    assert (tmp_path / "report" / "convergence.png").exists() is pictured
+
+
 def test_exports_have_every_row_and_every_digit(run, quick, tmp_path):
     from pyarrow import parquet
 

@@ -65,6 +65,22 @@ def test_problem_files_bring_their_planners(study_file):
     ]
 
 
+def test_an_optimizer_around_another_runs_with_each_of_them(study_file):
+    sinusoid = {"kind": "sinusoid", "offset": [0.3], "amplitude": [0.4]}
+    planners = {"plain": sinusoid, "shifted": {**sinusoid, "optimizer": {"kind": "shifted", "shift": 2.5}}}
+    runs = sm.Study.load(study_file(planners=planners, seeds=[4])).runs[:4]
+    assert [(run.planner, run.optimizer) for run in runs] == [
+        ("plain", "PSO"), ("plain", "GWO"), ("shifted", "PSO"), ("shifted", "GWO"),
+    ]  # fmt: skip
+    inner = runs[1].specification["planner"]["optimizer"]
+    assert inner["kind"] == "gwo"
+    assert runs[3].specification["planner"]["optimizer"] == {"kind": "shifted", "shift": 2.5, "optimizer": inner}
+    (whole,) = {run.optimizer for run in sm.Study.load(study_file(
+        planners={"own": {**sinusoid, "optimizer": {"kind": "shifted", "optimizer": {"kind": "ga"}}}}, optimizers=None,
+    )).runs}  # fmt: skip
+    assert whole == "shifted"
+
+
 def test_without_seeds_planners_keep_their_own(study_file):
     optimizers = {"GA": {"kind": "ga", "seed": 7}}
     runs = sm.Study.load(study_file(seeds=None, optimizers=optimizers)).runs
@@ -121,6 +137,14 @@ WRONG = [
     ({"planners": None}, "planners: is missing", "three curve"),
     ({"planners": PROOF}, "optimizers: is of no use", "leave it out"),
     ({"optimizers": None}, "planners.sinusoid.optimizer: is missing", ""),
+    (
+        {
+            "planners": {"s": {"kind": "sinusoid", "amplitude": [1], "optimizer": {"kind": "shifted"}}},
+            "optimizers": None,
+        },
+        "planners.s.optimizer.optimizer: is missing",
+        "",
+    ),
     ({"optimizers": {"P": {"kind": "pso", "population": 0}}}, "optimizers.P.population", "0"),
     ({"optimizers": {"P": {"kind": "pso", "seed": 2}}}, "optimizers.P.seed: is given beside the study's seeds", "2"),
     ({"seeds": [1, 1]}, "seeds: is empty or names one twice", "[1, 1]"),

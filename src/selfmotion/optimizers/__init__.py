@@ -22,10 +22,11 @@ from selfmotion.optimizers.ga import GA
 from selfmotion.optimizers.gwo import GWO
 from selfmotion.optimizers.pso import PSO
 from selfmotion.optimizers.random_search import RandomSearch
+from selfmotion.optimizers.shifted import Shifted
 from selfmotion.optimizers.swarm import RunsSwarms, Swarm, SwarmState
 
 OPTIMIZERS: dict[str, type[Optimizer]] = {
-    optimizer.kind: optimizer for optimizer in (GA, PSO, GWO, RandomSearch, DifferentialEvolution, CMAES)
+    optimizer.kind: optimizer for optimizer in (GA, PSO, GWO, RandomSearch, DifferentialEvolution, CMAES, Shifted)
 }
 """Every optimizer by the ``kind`` of a problem file."""
 
@@ -45,6 +46,7 @@ __all__ = [
     "RandomSearch",
     "Result",
     "RunsSwarms",
+    "Shifted",
     "Swarm",
     "SwarmState",
     "counting",

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 
 from selfmotion._types import FloatArray
-from selfmotion.errors import InvalidInputError, MissingExtraError
+from selfmotion.errors import MissingExtraError
 from selfmotion.optimizers.base import Optimizer, Recorder, uniform
 
 
@@ -49,7 +49,7 @@ class DifferentialEvolution(Optimizer):
 
 
 class CMAES(Optimizer):
-    """CMA-ES (Hansen 2001) from the package ``cma``, extra ``cma``; two variables or more.
+    """CMA-ES (Hansen 2001) from the package ``cma``, extra ``cma``.
 
     Parameters
     ----------
@@ -60,19 +60,13 @@ class CMAES(Optimizer):
     -----
     Starts at the middle of the box with a step of 0.3 of its width. Stops early only when ``cma`` itself says so;
     the rest of the budget is then spent on restarts from uniform points, so that evaluations stay comparable.
+    ``cma`` wants two variables: beside a single one it searches another that changes nothing.
     """
 
     kind = "cma"
     smallest_population = 4
 
     def _drive(self, evaluate: Recorder, lower: FloatArray, upper: FloatArray, rng: np.random.Generator) -> None:
-        if len(lower) < 2:
-            raise InvalidInputError(
-                "planner.optimizer.kind",
-                "needs two variables or more",
-                "use pso, gwo, ga or differential_evolution",
-                "cma",
-            )
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
@@ -82,7 +76,8 @@ class CMAES(Optimizer):
                 "planner.optimizer.kind", "needs the package cma", "pip install 'selfmotion[cma]'", "cma"
             ) from None
         width = upper - lower
-        strategy, start = None, np.full(len(lower), 0.5)
+        searched = max(2, len(lower))
+        strategy, start = None, np.full(searched, 0.5)
         for _ in range(self.iterations):
             if strategy is None or strategy.stop():
                 options = {
@@ -94,6 +89,6 @@ class CMAES(Optimizer):
                     "maxiter": np.inf,
                 }
                 strategy = cma.CMAEvolutionStrategy(start, 0.3, options)
-                start = rng.random(len(lower))
+                start = rng.random(searched)
             unit = np.asarray(strategy.ask())
-            strategy.tell(unit, evaluate(lower + width * unit))
+            strategy.tell(unit, evaluate(lower + width * unit[:, : len(lower)]))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -110,8 +111,6 @@ class PlanarCandidates(Candidates):
         See :class:`Candidates`; the profile a sinusoid or a linear family.
     ranking : {"samples", "integral"}
         What candidates are ranked by: the chord sum over the samples, as in the seed, or the integral that it tends to.
-    shift : float
-        What is added to every coefficient.
 
     Notes
     -----
@@ -128,12 +127,11 @@ class PlanarCandidates(Candidates):
         branch: int,
         carrier: Carrier | None = None,
         ranking: Ranking = "samples",
-        shift: float = 0.0,
     ) -> None:
         super().__init__(problem, profile, branch, carrier)
         self.profile: SinusoidProfile | LinearProfile = profile
         self.ranking = ranking
-        self._search = self._search_on(shift)
+        self._search = self._prepared()
 
     def __call__(self, population: FloatArray) -> FloatArray:
         """Return the values of a population, shape (p, d), as the optimizers rank them; see :class:`Candidates`."""
@@ -160,6 +158,13 @@ class PlanarCandidates(Candidates):
         judge_all(rows, bars, self._search, values, exact)
         return Judged(rows, values, exact)
 
+    def shifted(self, shift: float) -> Self:
+        """Return the same with `shift` added to every coefficient; see :mod:`selfmotion.optimizers.shifted`."""
+        other = copy.copy(self)
+        family = self._search.family
+        other._search = self._search._replace(family=family._replace(origin=family.origin + shift))
+        return other
+
     def run(self, swarm: Swarm, state: SwarmState, generations: int) -> Judged:
         """Run generations of a swarm, changing its state; see :class:`~selfmotion.optimizers.swarm.RunsSwarms`."""
         from selfmotion.planners._run_kernels import run
@@ -170,13 +175,13 @@ class PlanarCandidates(Candidates):
         state.t += generations
         return judged
 
-    def _search_on(self, shift: float) -> Search:
+    def _prepared(self) -> Search:
         from selfmotion.planners._candidate_kernels import Accuracy, Search
 
         number = np.unique(np.linspace(0, len(self.r) - 1, _FEW).round().astype(int))
         panels, nodes = self._quadrature()
         return Search(
-            self._family_of(shift),
+            self._family(),
             self._places(self.r, self.x),
             self._places(self.r[number], self.x[number]),
             nodes,
@@ -185,7 +190,7 @@ class PlanarCandidates(Candidates):
             Accuracy(self.ranking == "samples", _TOLERANCE, INFEASIBLE, _BETWEEN),
         )
 
-    def _family_of(self, shift: float) -> Family:
+    def _family(self) -> Family:
         from selfmotion._objective_kernels import KINDS
         from selfmotion.planners._candidate_kernels import Family
 
@@ -200,7 +205,7 @@ class PlanarCandidates(Candidates):
             joints=np.stack([arm.links, problem.weights, limits.lower, limits.upper, start]),
             limited=np.flatnonzero(_may_be_met(limits, arm.sign(self.branch), start)),
             amplitude=profile.amplitude.copy() if isinstance(profile, SinusoidProfile) else np.empty(0),
-            origin=np.full(variables, shift),
+            origin=np.zeros(variables),
             n_u=arm.n_u,
             functions=variables // arm.n_u if isinstance(profile, LinearProfile) else 0,
             carried=carrier is not None,

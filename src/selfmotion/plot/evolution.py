@@ -47,10 +47,10 @@ def draw_evolution(
     for k, (label, best) in enumerate(searches.items()):
         low, middle, high = _quartiles(best, optimum)
         iteration = np.arange(1, len(middle) + 1)
-        color = COLORS[k % len(COLORS)]
+        color, dashes = COLORS[k % len(COLORS)], DASHES[(k + k // len(COLORS)) % len(DASHES)]
         if np.ndim(best) == 2:
             axes.fill_between(iteration, low, high, color=color, alpha=0.3, linewidth=0)
-        axes.plot(iteration, middle, color=color, linestyle=DASHES[k % len(DASHES)], label=label)
+        axes.plot(iteration, middle, color=color, linestyle=dashes, label=label)
     axes.set_xlabel("iteration")
     if optimum is None:
         axes.set_ylabel("best F")

@@ -50,19 +50,17 @@ class Case:
     printed : mapping
         Optimizer to what the paper prints.
     candidates : callable
-        Makes what judges frequencies from which a number was taken; called with that number.
+        Makes what judges frequencies.
     """
 
-    def __init__(
-        self, name: str, printed: Mapping[str, Printed], candidates: Callable[[float], PlanarCandidates]
-    ) -> None:
+    def __init__(self, name: str, printed: Mapping[str, Printed], candidates: Callable[[], PlanarCandidates]) -> None:
         self.name = name
         self.printed = printed
         self.candidates = candidates
 
     @cached_property
     def _plain(self) -> PlanarCandidates:
-        return self.candidates(0.0)
+        return self.candidates()
 
     def fitness(self, f: FloatArray | float) -> FloatArray:
         """Return the paper's F, the chord sum over its samples, at frequencies `f`, shape (p,); see `Candidates`."""
@@ -82,9 +80,9 @@ class Case:
         return DenseScan(f, value, evaluations)
 
 
-def optimizers(seed: int, bounds: tuple[float, float] = BOUNDS) -> dict[str, Optimizer]:
+def optimizers(seed: int) -> dict[str, Optimizer]:
     """Return the optimizers of `COMPARED`, by label, at equal budgets."""
-    budget = {"population": POPULATION, "iterations": ITERATIONS, "bounds": bounds, "seed": seed}
+    budget = {"population": POPULATION, "iterations": ITERATIONS, "bounds": BOUNDS, "seed": seed}
     return {
         "GA": GA(**budget),  # type: ignore[arg-type]
         "PSO": PSO(**budget, variant="seed"),  # type: ignore[arg-type]

@@ -75,8 +75,8 @@ def plans(seed: int, progress: Progress | None = None) -> dict[str, Plan]:
     )
 
 
-def _candidates(shift: float) -> PlanarCandidates:
-    return PlanarCandidates(problem(), SinusoidProfile([OFFSET], [AMPLITUDE]), branch=0, shift=shift)
+def _candidates() -> PlanarCandidates:
+    return PlanarCandidates(problem(), SinusoidProfile([OFFSET], [AMPLITUDE]), branch=0)
 
 
 CASE = Case("3R", PRINTED, _candidates)

@@ -101,22 +101,22 @@ def _profile(module: int) -> SinusoidProfile:
     return SinusoidProfile([OFFSET[module]], [AMPLITUDE[module]])
 
 
-def _alone(module: int, shift: float) -> PlanarCandidates:
-    return PlanarCandidates(modules()[module], _profile(module), branch=0, shift=shift)
+def _alone(module: int) -> PlanarCandidates:
+    return PlanarCandidates(modules()[module], _profile(module), branch=0)
 
 
-FIXED = Case(NAMES[0], PRINTED_FIXED, lambda shift: _alone(0, shift))
+FIXED = Case(NAMES[0], PRINTED_FIXED, lambda: _alone(0))
 """The search of the first module."""
-MOVING = Case(NAMES[1], PRINTED_MOVING, lambda shift: _alone(1, shift))
+MOVING = Case(NAMES[1], PRINTED_MOVING, lambda: _alone(1))
 """The search of the second module, the fourth joint absolute: what the first one does makes no difference."""
 
 
 def true_joints(carrier: float) -> Case:
     """Return the search of the second module in true joints, the first one moving with frequency `carrier`."""
 
-    def candidates(shift: float) -> PlanarCandidates:
+    def candidates() -> PlanarCandidates:
         limits = module_arms(arm())[1].limits
         turning = Carrier(limits, lambda r, order: _profile(0)([carrier], r, order)[:, 0], absolute=False)
-        return PlanarCandidates(modules()[1], _profile(1), 0, turning, shift=shift)
+        return PlanarCandidates(modules()[1], _profile(1), 0, turning)
 
     return Case(NAMES[2], PRINTED_MOVING, candidates)

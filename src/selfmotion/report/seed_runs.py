@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from selfmotion._types import FloatArray
-from selfmotion.optimizers import Progress
+from selfmotion.optimizers import Progress, Shifted
 from selfmotion.report import cases, seed_3r, seed_6r
 from selfmotion.study import InProcess, Run, Step, Study, run_study
 
@@ -50,11 +50,10 @@ class Runs:
 def search(specification: dict[str, Any]) -> dict[str, Any]:
     """Do one run: a task of a study, given ``case``, ``copy``, ``label`` and ``seed``."""
     shift = COPIES[specification["copy"]]
-    low, high = cases.BOUNDS
-    optimizer = cases.optimizers(specification["seed"], (low - shift, high - shift))[specification["label"]]
-    result = optimizer.minimize(CASES[specification["case"]].candidates(shift), 1)
+    optimizer = Shifted(cases.optimizers(specification["seed"])[specification["label"]], shift)
+    result = optimizer.minimize(CASES[specification["case"]].candidates(), 1)
     best = [None if np.isnan(value) else value for value in result.history.best]
-    return {"f": float(result.x[0]) + shift, "best": best, "evaluations": result.evaluations}
+    return {"f": float(result.x[0]), "best": best, "evaluations": result.evaluations}
 
 
 def many_seeds(

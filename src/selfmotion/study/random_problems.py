@@ -16,8 +16,12 @@ from selfmotion.angles import TAU
 from selfmotion.arms import PlanarArm
 from selfmotion.domain import AngleDomain, angle_domain
 from selfmotion.errors import InvalidInputError
+from selfmotion.optimizers import INFEASIBLE
+from selfmotion.optimizers.base import DEFAULT_BOUNDS
 from selfmotion.paths import Bezier, Circle, Line, Path, Waypoints
+from selfmotion.planners import PlanarCandidates
 from selfmotion.problem import Problem
+from selfmotion.profiles import SinusoidProfile
 
 OBJECTIVES = ("joint_travel",) * 7 + ("l1", "l2", "l2")
 ELBOWS = ("any", "any", "positive", "negative")
@@ -26,6 +30,9 @@ _TRIES = 30
 _MOST_DRAWN = 200  # problems, until one is reachable
 _LOOKS = np.linspace(0.0, 1.0, 49)
 _LEAST_LINKS, _MOST_LINKS = 3, 12
+_SEED_AMPLITUDE = 0.4
+_FREQUENCIES = 1501  # that are tried
+_SAMPLES = 240  # 16 per cycle of the fastest
 
 
 def random_problem(seed: int) -> Problem | None:
@@ -61,6 +68,33 @@ def reachable_problem(seed: int) -> Problem:
     raise AssertionError("no such problem was drawn")
 
 
+def sinusoid_problem(seed: int) -> Problem:
+    """Return a reachable problem with a start and without an end that a sinusoid of the seed's family solves."""
+    for k in range(_MOST_DRAWN):
+        drawn = reachable_problem(_MOST_DRAWN * seed + k)
+        if drawn.start is None or drawn.end is not None:
+            continue
+        start = {"u": drawn.start.u.tolist()}
+        problem = Problem(
+            drawn.arm, drawn.path, start=start, elbow=drawn.elbow, weights=drawn.weights, samples=_SAMPLES
+        )
+        if follows_a_sinusoid(problem):
+            return problem
+    raise AssertionError("no such problem was drawn")
+
+
+def follows_a_sinusoid(problem: Problem) -> bool:
+    """Return whether a sinusoid (22) from the problem's start stays inside the angle domain at every sample.
+
+    Of those with the seed's amplitude 0.4 and frequencies in its box [0, 15] some thousand are tried.
+    """
+    assert problem.start is not None
+    profile = SinusoidProfile(problem.start.u, [_SEED_AMPLITUDE])
+    frequencies = np.linspace(*DEFAULT_BOUNDS, _FREQUENCIES)[:, None]
+    judges = (PlanarCandidates(problem, profile, branch) for branch in problem.start_branches)
+    return any((judge(frequencies) < INFEASIBLE).any() for judge in judges)
+
+
 def many_link_problem(seed: int) -> Problem:
     """Return a problem of an arm with 3 to 12 links, from a posture given at the start, limits around it.
 
@@ -84,6 +118,7 @@ def many_link_problem(seed: int) -> Problem:
 KINDS: dict[str, Callable[[int], Problem | None]] = {
     "random": random_problem,
     "reachable": reachable_problem,
+    "sinusoid": sinusoid_problem,
     "nR": many_link_problem,
 }
 """Every generator by the ``kind`` of a study file."""

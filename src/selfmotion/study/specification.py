@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictInt, create_model
@@ -14,9 +14,9 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.files import read_bytes, read_text
 from selfmotion.exchange.named_files import named_files
 from selfmotion.exchange.problem_file import problem_from
-from selfmotion.exchange.schema import ProblemForm, build, checked, form, inside
+from selfmotion.exchange.schema import SECTIONS, ProblemForm, build, checked, form, inside
 from selfmotion.exchange.yaml_text import parse_yaml
-from selfmotion.planners import PLANNERS, Planner
+from selfmotion.planners import Planner
 from selfmotion.study.random_problems import KINDS
 from selfmotion.study.runs import Run
 
@@ -207,11 +207,13 @@ def _methods(given: StudyForm, folder: str, seeded: bool) -> list[_Method]:
     for name, data in given.planners.items():
         field = f"planners.{name}"
         _refuse_seed(field, data, seeded)
-        options: Iterable[tuple[str, dict[str, Any]]] = [(_optimizer_of(data), data)]
-        if given.optimizers and _lacks_optimizer(data):
-            options = [(label, {**data, "optimizer": chosen}) for label, chosen in given.optimizers.items()]
-            used = True
-        for label, whole in options:
+        options = [
+            (label, whole)
+            for label, chosen in given.optimizers.items()
+            if (whole := _completed("planner", data, chosen)) is not None
+        ]
+        used = used or bool(options)
+        for label, whole in options or [(_optimizer_of(data), data)]:
             planner = inside(field, build, "planner", whole, folder)
             methods.append(_Method(name, label, whole, _depends_on_seed(planner)))
     if given.optimizers and not used:
@@ -220,11 +222,17 @@ def _methods(given: StudyForm, folder: str, seeded: bool) -> list[_Method]:
     return methods
 
 
-def _lacks_optimizer(data: dict[str, Any]) -> bool:
+def _completed(section: str, data: dict[str, Any], chosen: dict[str, Any]) -> dict[str, Any] | None:
+    """Return a planner, or an optimizer around another one, with the optimizer that it lacks; None if it lacks none."""
     kind = data.get("kind")
-    return (
-        isinstance(kind, str) and kind in PLANNERS and "optimizer" in form("planner", kind).model_fields.keys() - data
-    )
+    known = isinstance(kind, str) and kind in SECTIONS[section]
+    if not known or "optimizer" not in form(section, kind).model_fields:
+        return None
+    if "optimizer" not in data:
+        return {**data, "optimizer": chosen}
+    inner = data["optimizer"]
+    completed = _completed("optimizer", inner, chosen) if isinstance(inner, dict) else None
+    return None if completed is None else {**data, "optimizer": completed}
 
 
 def _optimizer_of(data: dict[str, Any]) -> str:

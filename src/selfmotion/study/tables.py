@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections import Counter
+from collections.abc import Iterable
 from typing import Any
 
 from selfmotion.errors import MissingExtraError
@@ -80,16 +82,17 @@ def study_status(study: Study, store: Store) -> dict[str, Any]:
 
 def csv_bytes(table: list[dict[str, Any]]) -> bytes:
     """Return a table as CSV, numbers in full."""
+    return lines_as_csv(COLUMNS, ([row[name] for name in COLUMNS] for row in table))
+
+
+def lines_as_csv(header: Iterable[str], rows: Iterable[Iterable[Any]]) -> bytes:
+    """Return rows as CSV, numbers in full; what is not known, None or NaN, is left empty."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for row in table:
-        writer.writerow(["" if row[name] is None else _cell(row[name]) for name in COLUMNS])
+    writer.writerow(header)
+    for row in rows:
+        writer.writerow([None if isinstance(value, float) and math.isnan(value) else value for value in row])
     return text.getvalue().encode()
-
-
-def _cell(value: Any) -> str:
-    return repr(value) if isinstance(value, float) else str(value)
 
 
 def parquet_bytes(table: list[dict[str, Any]]) -> bytes:

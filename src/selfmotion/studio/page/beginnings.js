@@ -42,7 +42,8 @@ const PATHS = {
 };
 
 const fill = (scene, value) => Array(scene.n_u).fill(value);
-const search = (old, bounds) => old.optimizer ?? { kind: "pso", population: 20, iterations: 100, ...(bounds ? { bounds } : {}), seed: 1 };
+// The one inside another, if there is one: a shifted copy is an experiment, and not begun here.
+const search = (old, bounds) => old.optimizer?.optimizer ?? old.optimizer ?? { kind: "pso", population: 20, iterations: 100, ...(bounds ? { bounds } : {}), seed: 1 };
 const free = (old) => {
   const { bounds: _, ...rest } = search(old);
   return rest;
@@ -88,6 +89,7 @@ export function adapted(problem, arm) {
 // Data of a kind in a section, or null where it cannot be begun here: open a file or an example for that.
 export function begin(section, kind, old, scene, start) {
   if (section === "optimizer") {
+    if (kind === "shifted") return null;
     const { population, iterations, bounds, seed } = SEARCHES(old);
     return Object.fromEntries(Object.entries({ kind, population, iterations, bounds, seed }).filter(([, value]) => value !== undefined));
   }

@@ -137,7 +137,8 @@ function showAll(settled = true) {
   const sinusoid = problem.planner?.kind === "sinusoid" && frequency;
   $("#frequency-bar").classList.toggle("away", !sinusoid);
   if (sinusoid) {
-    const bounds = [problem.planner.optimizer?.bounds ?? [0, 15]].flat(2);
+    const { optimizer } = problem.planner;
+    const bounds = [(optimizer?.optimizer ?? optimizer)?.bounds ?? [0, 15]].flat(2);
     $("#frequency").min = Math.min(...bounds);
     $("#frequency").max = Math.max(...bounds);
     $("#frequency").value = frequency[0];
