@@ -232,6 +232,8 @@ class Problem:
             found.append(None if against is None else f"{against}: {remedy}")
         found += [] if placement is None else placement.doubts(self.arm.reach)
         found += self.arm.limits.doubts()
+        if self.scene is not None and self.scene.links.loose:
+            found.append(f"{', '.join(self.scene.links.loose)}: on joints of their own, which the scene leaves out")
         return tuple(doubt for doubt in found if doubt is not None)
 
     def _check_reach(self) -> None:
