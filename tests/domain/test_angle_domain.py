@@ -51,6 +51,26 @@ def test_joint_limits_block_inside_reach():
     assert 2.9 - 2.4 * low == pytest.approx(nearest, abs=0.02)
 
 
+@pytest.mark.parametrize(
+    "ends",
+    [
+        [],
+        [(0, 1)],
+        [(0, 0.03)],
+        [(0.97, 1)],
+        [(0.22, 0.41), (0.6, 1)],
+        [(0, 0.33), (0.55, 0.7), (0.95, 1)],
+        [(0.3, 0.5)],
+    ],
+)
+def test_stretches_are_where_the_predicate_holds(ends):
+    """Also where it holds at the first or the last place alone."""
+    found = stretches(lambda r: np.array([any(a <= x <= b for a, b in ends) for x in r], bool), np.linspace(0, 1, 11))
+    assert len(found) == len(ends)
+    if ends:
+        np.testing.assert_allclose(found, ends, atol=1e-14)
+
+
 def test_stretches_are_found_to_rounding():
     holds = lambda r: (r > 1 / 3) & (r < 0.5)  # noqa: E731
     ((low, high),) = stretches(holds, np.linspace(0, 1, 50))

@@ -147,7 +147,7 @@ def test_intervals_open_and_close_where_dense_inverse_kinematics_says_so(cases):
     for kind, before, after in (("opens", -1, 1), ("closes", 1, -1)):
         pairs = events_of(cases, kind, fold=False)
         batch, window = Batch(pairs), windows(pairs)
-        assert len(pairs) > 500
+        assert len(pairs) > len(cases)
         np.testing.assert_array_less(batch.extreme(before, window, 1), 0)
         np.testing.assert_array_less(0, batch.extreme(after, window, 1))
         batch = Batch(events_of(cases, kind, fold=True))
@@ -159,7 +159,7 @@ def test_intervals_split_and_merge_where_dense_inverse_kinematics_says_so(cases)
     for kind, whole, parted in (("splits", -1, 1), ("merges", 1, -1)):
         pairs = events_of(cases, kind, fold=False)
         batch, window = Batch(pairs), windows(pairs)
-        assert len(pairs) > 300
+        assert len(pairs) > 0.6 * len(cases)
         np.testing.assert_array_less(0, batch.extreme(whole, window, -1))
         np.testing.assert_array_less(batch.extreme(parted, window, -1), 0)
 
@@ -167,12 +167,12 @@ def test_intervals_split_and_merge_where_dense_inverse_kinematics_says_so(cases)
 def test_limits_and_folds_take_over_where_dense_inverse_kinematics_says_so(cases):
     for kind, apart, together in (("branches meet", -1, 1), ("branches part", 1, -1)):
         batch = Batch(events_of(cases, kind, fold=True))
-        assert len(batch.events) > 150
+        assert len(batch.events) > 0.3 * len(cases)
         np.testing.assert_array_less(batch.limit_at_fold(apart), 0)
         np.testing.assert_array_less(0, batch.limit_at_fold(together))
     pairs = events_of(cases, "takes over", fold=False)
     batch = Batch(pairs)
-    assert len(batch.events) > 500
+    assert len(batch.events) > len(cases)
     old = np.array([column_of(event.instead_of[0]) for event in batch.events])
     new = np.array([column_of(event.causes[0]) for event in batch.events])
     np.testing.assert_array_less(0, batch.other_where_one_binds(-1, old, new))
