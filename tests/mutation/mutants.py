@@ -1,12 +1,13 @@
 """Whether the tests of the angle domain, the objectives and the bound notice mistakes: mutation testing, by a sample.
 
-    python tests/mutation/mutants.py [--each 24] [--seed 1] [--only PART …] [--keep FOLDER]
+    python tests/mutation/mutants.py [--each 15] [--seed 1] [--only PART …] [--keep FOLDER]
 
-cosmic-ray's operators make the mutants (``pip install 'cosmic-ray>=8.7' 'coverage>=7'``). Of each module `--each` places are drawn, and at
-each place one of the mutants there. A mutant meets the tests that reach its statement, quickest first, as many as fit
-into `BUDGET` seconds; it is killed if one fails or does not come to an end. Nothing is written into the source tree: the mutated
-module is handed to the import system of a forked process, in which nothing of the library is loaded yet. Those that
-survived are printed; `equivalent.toml` has those that were looked at and change nothing that could be tested, and why.
+cosmic-ray's operators make the mutants (``pip install 'cosmic-ray>=8.7' 'coverage>=7.6'``). Of each module `--each`
+places are drawn, and at each place one of the mutants there. A mutant meets the tests that reach its statement,
+quickest first, for `BUDGET` seconds; it is killed if one fails or does not come to an end. Nothing is written into the
+source tree: the mutated module is handed to the import system of a forked process, in which nothing of the library is
+loaded yet. Those that survived are printed; `equivalent.toml` has those that were looked at and change nothing that
+could be tested, and why. What is in `--keep` is not judged again: interrupted, it goes on where it stopped.
 """
 
 import argparse
@@ -57,27 +58,20 @@ class Part(NamedTuple):
 
 
 PARTS = {
-    "objectives": Part(
-        ("objectives.py", "_objective_kernels.py"),
-        ("test_objectives.py",),
-        False,
-    ),
+    "objectives": Part(("objectives.py", "_objective_kernels.py"), ("test_objectives.py",), False),
     "domain": Part(("domain/*.py",), ("domain",), True),
     "bound": Part(
         ("certificate/*.py",),
         (
-            "certificate/test_rounds.py",
-            "certificate/test_verdict.py",
-            "certificate/test_tube.py",
-            "certificate/test_chains.py",
-            "certificate/test_infeasibility.py",
-            "planners/test_global.py",
+            *("certificate/test_rounds.py", "certificate/test_verdict.py", "certificate/test_proof_in_figures.py"),
+            *("certificate/test_tube.py", "certificate/test_planted_chains.py", "certificate/test_infeasibility.py"),
+            *("certificate/test_chains.py", "planners/test_global.py"),
         ),
         True,
     ),
     "kernels": Part(
         ("certificate/_*kernels.py",),
-        ("certificate/test_values.py", "certificate/test_tube.py", "certificate/test_chains.py"),
+        ("certificate/test_values.py", "certificate/test_tube.py", "certificate/test_chain_kernels.py"),
         False,
     ),
 }
@@ -407,15 +401,24 @@ def table(rows):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--each", type=int, default=24, help="places in each module")
+    parser.add_argument("--each", type=int, default=15, help="places in each module")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", nargs="*", choices=PARTS, default=list(PARTS))
     parser.add_argument("--modules", nargs="*", default=[""], help="ends of modules' names, such as domain.fibre")
     parser.add_argument(
         "--keep", type=Path, default=ROOT / "out" / "mutants", help="folder of results; what is there stays"
     )
+    parser.add_argument(
+        "--again", action="store_true", help="judge those that survived again, by tests as they are now"
+    )
     asked = parser.parse_args()
     asked.keep.mkdir(parents=True, exist_ok=True)
+    if asked.again:
+        for notes in asked.keep.glob("*.pickle"):
+            notes.unlink()
+        rows = [row for row in results(asked.keep / "mutants.jsonl") if row["how"] in ("killed", "endless")]
+        lines = [json.dumps(row, ensure_ascii=False) + "\n" for row in rows]
+        (asked.keep / "mutants.jsonl").write_text("".join(lines), encoding="utf-8")
     for name in asked.only:
         child = os.fork()  # numba reads once whether it compiles
         if child == 0:
