@@ -1,6 +1,7 @@
 """Proofs by chains of boxes where what is feasible is planted: rectangles in r and one joint angle."""
 
 import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ class Planted:
         for origin, ((first, last), size) in enumerate(zip(parts, sizes, strict=True)):
             count = max(1, int(np.ceil((last - first) / (2 * size) - 1e-9)))
             edges = np.linspace(first, last, count + 1)
-            for a, b in zip(edges[:-1], edges[1:], strict=True):
+            for a, b in pairwise(edges):
                 near = [one for one in self.rectangles if one[0] <= high and low <= one[1]
                         and one[2] - 0.5 * size <= b and a <= one[3] + 0.5 * size]  # fmt: skip
                 if near:

@@ -4,8 +4,8 @@
 
 cosmic-ray's operators make the mutants (``pip install 'cosmic-ray>=8.7' 'coverage>=7.6'``). Of each module `--each`
 places are drawn, and at each place one of the mutants there. A mutant meets the tests that reach its statement,
-quickest first, for `BUDGET` seconds; it is killed if one fails or does not come to an end. Nothing is written into the
-source tree: the mutated module is handed to the import system of a forked process, in which nothing of the library is
+quickest first, for `--budget` seconds; it is killed if one fails or does not come to an end. Nothing is written into
+the source tree: the mutated module is handed to the import system of a forked process, in which nothing of the library is
 loaded yet. Those that survived are printed; `equivalent.toml` has those that were looked at and change nothing that
 could be tested, and why. What is in `--keep` is not judged again: interrupted, it goes on where it stopped.
 """
@@ -36,7 +36,7 @@ ROOT = HERE.parents[1]
 SOURCE = ROOT / "src" / "selfmotion"
 
 PER_TEST = 3.0  # so long tests are looked at beforehand; what takes longer comes last [s of this processor]
-BUDGET = 4.0  # so long a mutant meets tests
+BUDGET = 4.0  # so long a mutant meets tests, if nothing else is asked for
 PATIENCE, FACTOR = 2.0, 5.0  # a test of a mutant has no end if it takes so long, and so many times as long as without
 CPU, MEMORY = 60, 6 * 2**30  # s and bytes that a mutant may have at all
 
@@ -71,7 +71,12 @@ PARTS = {
     ),
     "kernels": Part(
         ("certificate/_*kernels.py",),
-        ("certificate/test_values.py", "certificate/test_tube.py", "certificate/test_chain_kernels.py"),
+        (
+            "certificate/test_values.py",
+            "certificate/test_tube.py",
+            "certificate/test_chain_kernels.py",
+            "certificate/test_proposals.py",
+        ),
         False,
     ),
 }
@@ -79,8 +84,8 @@ PARTS = {
 UNLIKELY = (
     "core/ReplaceBinaryOperator_*_?Shift", "core/ReplaceBinaryOperator_*_Mod", "core/ReplaceBinaryOperator_*_FloorDiv",
     "core/ReplaceBinaryOperator_*_Pow", "core/ReplaceBinaryOperator_*_BitXor", "core/ReplaceBinaryOperator_[!B]*_Bit*",
-    "core/ReplaceBinaryOperator_Bit*_[!B]*", "core/ReplaceComparisonOperator_*_Is*", "core/ReplaceUnaryOperator_*_Invert",
-    "core/RemoveDecorator", "core/ExceptionReplacer", "core/Variable*",
+    "core/ReplaceBinaryOperator_Bit*_[!B]*", "core/ReplaceComparisonOperator_*_Is*",
+    "core/ReplaceUnaryOperator_*_Invert", "core/RemoveDecorator", "core/ExceptionReplacer", "core/Variable*",
 )  # fmt: skip
 
 
@@ -242,8 +247,8 @@ class Watched(Fewer):
 class Timed(Fewer):
     """Ends the process where a test has no end, or where the budget is spent."""
 
-    def __init__(self, seconds):
-        self.seconds, self.left = {str(name): took for name, took in seconds.items()}, BUDGET
+    def __init__(self, seconds, budget):
+        self.seconds, self.left = {str(name): took for name, took in seconds.items()}, budget
 
     def pytest_runtest_protocol(self, item, nextitem):
         took = self.seconds.get(item.nodeid, 1e6)
@@ -305,7 +310,7 @@ def baseline(part, notes):
     return pickle.loads(notes.read_bytes())
 
 
-def judged(mutant, seconds, reached, log):
+def judged(mutant, seconds, reached, log, budget):
     """How a mutant fares: "killed", "endless", "survived", or "unreached" by any test."""
     lines = reached[mutant.module]
     tree = ast.parse(file_of(mutant.module).read_text(encoding="utf-8"))
@@ -315,7 +320,7 @@ def judged(mutant, seconds, reached, log):
         own = set().union(*lines.values())
     tests, total = [], 0.0
     for name in sorted(own, key=lambda name: (seconds[name], name)):
-        if total > BUDGET:
+        if total > budget:
             break
         tests.append(name)
         total += min(seconds[name], PER_TEST)
@@ -323,7 +328,7 @@ def judged(mutant, seconds, reached, log):
         return "unreached", 0
 
     def work():
-        timed = Timed(seconds)
+        timed = Timed(seconds, budget)
         signal.signal(signal.SIGVTALRM, timed.too_slow)
         resource.setrlimit(resource.RLIMIT_CPU, (CPU, CPU))
         sys.meta_path.insert(0, Mutated(mutant))
@@ -369,9 +374,9 @@ def run_part(name, asked, keep):
         if mutant.module not in checked:  # what is not changed has to survive
             checked.add(mutant.module)
             same = mutant._replace(source=file_of(mutant.module).read_text(encoding="utf-8"))
-            if judged(same, seconds, reached, log)[0] == "killed":
+            if judged(same, seconds, reached, log, asked.budget)[0] == "killed":
                 sys.exit(f"{mutant.module} fails unchanged:\n" + log.read_text()[-3000:])
-        how, met = judged(mutant, seconds, reached, log)
+        how, met = judged(mutant, seconds, reached, log, asked.budget)
         if how in ("survived", "unreached"):
             if (mutant.module, mutant.change) in known:
                 how = "equivalent"
