@@ -1,4 +1,4 @@
-"""What chains of boxes pay, against shortest paths in scipy's graphs; overlap, against postures that two boxes share."""
+"""What chains of boxes pay, against shortest paths in scipy's graphs; overlap, against postures that two share."""
 
 import numpy as np
 import pytest

@@ -132,3 +132,11 @@ def test_a_slab_keeps_what_both_ends_lead_to():
     np.testing.assert_array_equal(kept.boxes.origin, [0, 2])
     np.testing.assert_array_equal(kept.through, [1.5, 5.0])
     assert (kept.low, kept.high) == (0.2, 0.3)
+
+
+def test_boxes_as_large_as_the_first_are_usual_in_slabs_as_wide_as_the_first():
+    whole = Chains(Planted((0.0, 1.0, 0.0, 1.0)), low=0.2, high=0.6)
+    assert [slab.high - slab.low for slab in whole.slabs] == pytest.approx([0.0, 0.1, 0.1, 0.1, 0.1, 0.0])
+    sizes = [whole._usual(slab) for slab in whole.slabs]
+    assert sizes == pytest.approx([0.0, 0.3, 0.3, 0.3, 0.3, 0.0])
+    assert whole._usual(Slab(0.3, 0.325, whole.slabs[1].boxes)) == pytest.approx(0.3 / 4)

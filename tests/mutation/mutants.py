@@ -5,8 +5,8 @@
 cosmic-ray's operators make the mutants (``pip install 'cosmic-ray>=8.7' 'coverage>=7.6'``). Of each module `--each`
 places are drawn, and at each place one of the mutants there. A mutant meets the tests that reach its statement,
 quickest first, for `--budget` seconds; it is killed if one fails or does not come to an end. Nothing is written into
-the source tree: the mutated module is handed to the import system of a forked process, in which nothing of the library is
-loaded yet. Those that survived are printed; `equivalent.toml` has those that were looked at and change nothing that
+the source tree: the mutated module is handed to the import system of a forked process, in which nothing of the library
+is loaded yet. Those that survived are printed; `equivalent.toml` has those that were looked at and change nothing that
 could be tested, and why. What is in `--keep` is not judged again: interrupted, it goes on where it stopped.
 """
 
@@ -14,6 +14,7 @@ import argparse
 import ast
 import difflib
 import fnmatch
+import importlib
 import importlib.abc
 import importlib.util
 import itertools
@@ -43,6 +44,9 @@ CPU, MEMORY = 60, 6 * 2**30  # s and bytes that a mutant may have at all
 
 # Random cases in test modules that would otherwise take minutes: a mistake mostly shows in the first few.
 FEWER = {"test_structure": {"PROBLEMS": 160}, "test_feasible": {"ARMS": 400}}
+# Of others, what tests import: loaded once, before mutants are.
+NEEDED = ("numba", "pytest", "hypothesis.strategies", "mpmath", "scipy.optimize", "scipy.interpolate", "scipy.ndimage",
+          "scipy.sparse.csgraph", "scipy.special")  # fmt: skip
 ENDLESS = 99  # exit code
 
 
@@ -268,7 +272,7 @@ def run_pytest(tests, plugins=()):
     import pytest
 
     quiet = ("ignore::RuntimeWarning", "ignore::pytest.PytestAssertRewriteWarning")
-    options = ["-q", "-p", "no:cacheprovider", "-p", "no:xdist", *(part for text in quiet for part in ("-W", text))]
+    options = ["-q", "-p", "no:cacheprovider", *(part for text in quiet for part in ("-W", text))]
     return pytest.main([*options, "--rootdir", str(ROOT), *map(str, tests)], list(plugins))
 
 
@@ -351,11 +355,9 @@ def run_part(name, asked, keep):
     out, log = keep / "mutants.jsonl", keep / "mutant.log"
     done = {(row["module"], row["line"], row["change"]) for row in results(out)}
     os.environ["NUMBA_DISABLE_JIT"] = str(int(not part.compiled))
-    import hypothesis  # noqa: F401, what every mutant's process needs
-    import numba  # noqa: F401
-    import pytest  # noqa: F401
-    import scipy.optimize  # noqa: F401
-
+    os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
+    for needed in NEEDED:
+        importlib.import_module(needed)
     for file in modules_of(part):
         if any(named(file).endswith(end) for end in asked.modules):
             found, count = sample(file, asked.each, random.Random(f"{asked.seed} {named(file)}"))
@@ -413,6 +415,7 @@ def main():
     parser.add_argument(
         "--keep", type=Path, default=ROOT / "out" / "mutants", help="folder of results; what is there stays"
     )
+    parser.add_argument("--budget", type=float, default=BUDGET, help="seconds for which a mutant meets tests")
     parser.add_argument(
         "--again", action="store_true", help="judge those that survived again, by tests as they are now"
     )
