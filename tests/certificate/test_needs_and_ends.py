@@ -34,12 +34,6 @@ def test_what_a_pose_needs_is_what_bends_the_elbow_too_much(least, low):
     assert 0.95 <= need.by / wanted(least, 2.0 + 0.9 * need.r) <= 1.001
 
 
-def test_a_joint_with_one_limit_can_be_asked_for_that_one():
-    problem = sm.Problem(sm.PlanarArm([1, 1, 1], [None, (1.1, None), None]), sm.Line([2.8, 0.0], [2.9, 0.0]))
-    for (need,) in (needs_of_pose(problem), needs(problem, ())):
-        assert (need.joint, need.side) == (2, "lower")
-
-
 def test_what_no_cover_says_to_be_blocked_needs_nothing():
     """By so little that the boxes do not see it: to say that a limit needs 0 rad more would help nobody."""
     assert len(bent_problem(0.7).blocked) == 1

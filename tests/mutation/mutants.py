@@ -369,7 +369,7 @@ def run_part(name, asked, keep):
         f"{name}: {len(seconds)} tests, {sum(seconds.values()) % 1e6:.0f} s; {len(mutants)} of {places} places",
         flush=True,
     )
-    checked = {module for module, _, _ in done}
+    checked = set()
     for mutant in mutants:
         if (mutant.module, mutant.line, mutant.change) in done:
             continue
