@@ -9,7 +9,7 @@ LOCK := requirements/dev.txt
 SHARED := -n auto --dist worksteal
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check install
 
-.PHONY: demo test coverage lint docs bench lock dist clean
+.PHONY: demo test coverage lint docs bench lock dist mutants clean
 
 demo: $(VENV)/.core  ## the paper's 3R and 6R studies: out/report.html, out/report.md
 	$(BIN)/selfmotion reproduce --out out
@@ -34,6 +34,10 @@ docs: $(VENV)/.dev  ## docs/_build/html/index.html; warnings are errors
 
 bench: $(VENV)/.bench  ## benchmarks/RESULTS.md: ours and others side by side; about ten minutes on a quiet machine
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python benchmarks/run.py
+
+mutants: $(VENV)/.dev  ## which mistakes the tests of the angle domain, the objectives and the bound notice, by a sample
+	$(PIP) 'cosmic-ray>=8.7' 'coverage>=7.6'
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python tests/mutation/mutants.py $(MUTANTS)
 
 lock: | $(BIN)/python  ## requirements/dev.txt, what CI installs; UPGRADE=--upgrade takes the newest of everything
 	$(PIP) 'uv>=0.9'

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import selfmotion as sm
+from selfmotion import _objective_kernels as kernels
+from selfmotion.angles import wrap
 from selfmotion.motion import Motion
 from selfmotion.objectives import OBJECTIVES, joint_weights
 from selfmotion.profiles import SinusoidProfile
@@ -78,6 +80,67 @@ def test_every_objective_is_convex_and_homogeneous(kind):
     both = chord(a, ha, weights) + chord(b, hb, weights)
     assert (chord(a + b, ha + hb, weights) <= both + 1e-12).all()
     np.testing.assert_allclose(chord(2.5 * a, 2.5 * ha, weights), 2.5 * chord(a, ha, weights))
+
+
+def numeric(function, at, step):
+    """Derivatives by central differences of a function of rates (k, n), joint by joint."""
+    sides = [[function(at + sign * step * one) for sign in (1, -1)] for one in np.eye(at.shape[1])]
+    return np.stack([(above - below) / (2 * step) for above, below in sides], axis=-1)
+
+
+@pytest.mark.parametrize("kind", OBJECTIVES)
+def test_smoothed_densities_have_the_derivatives_that_they_say(kind):
+    """Against differences: gradient from values, the Hessian from gradients; a majorant lies above the Hessian."""
+    rng, smoothed, weights = np.random.default_rng(4), OBJECTIVES[kind].smoothed, np.array([0.3, 1.0, 2.5])
+    rates = rng.normal(size=(40, 3))
+    at = smoothed(rates, weights, 0.2)
+    np.testing.assert_allclose(at.gradient, numeric(lambda x: smoothed(x, weights, 0.2).value, rates, 1e-5), atol=1e-8)
+    hessian = numeric(lambda x: smoothed(x, weights, 0.2).gradient, rates, 1e-5)
+    np.testing.assert_allclose(at.diagonal, np.einsum("kii->ki", hessian), atol=1e-8)
+    v = rng.normal(size=(40, 3))
+    np.testing.assert_allclose(at.times(v), np.einsum("kij,kj->ki", hessian, v), atol=1e-7)
+    above = np.einsum("ki,ij->kij", at.majorant, np.eye(3)) - hessian
+    assert (np.linalg.eigvalsh(above) > -1e-8).all()
+    # Near the kink it is the Hessian, and so no more than is needed.
+    flat = smoothed(np.zeros((1, 3)), weights, 0.2)
+    np.testing.assert_allclose(flat.majorant, flat.diagonal)
+
+
+@pytest.mark.parametrize("kind", OBJECTIVES)
+def test_smoothing_adds_at_most_its_width(kind):
+    objective, weights = OBJECTIVES[kind], np.array([0.3, 1.0, 2.5])
+    rates = np.vstack([np.zeros(3), np.random.default_rng(5).normal(size=(40, 3))])
+    added = objective.smoothed(rates, weights, 0.2).value - objective.chord(rates, np.ones(41), weights)
+    most = {"joint_travel": 0.0, "l1": 0.2 * weights.sum(), "l2": 0.2}[kind]
+    assert (added >= -1e-12).all()
+    assert (added <= most + 1e-12).all()
+    assert added[0] == pytest.approx(most)
+    assert objective.has_kinks == (most > 0)
+
+
+@pytest.mark.parametrize("kind", OBJECTIVES)
+def test_compiled_sums_and_densities_are_those_of_numpy(kind):
+    """On a sheet with rows of others, whose samples beyond k are not looked at; steps are the shorter way round."""
+    rng, objective, number = np.random.default_rng(6), OBJECTIVES[kind], kernels.KINDS[kind]
+    for n, k in ((1, 1), (3, 7), (4, 20)):
+        weights, runs = rng.random(n), rng.random(k)
+        sheet = 1e3 * rng.normal(size=(n + 3, k + 3))
+        sheet[2 : n + 2] = rng.uniform(-np.pi, np.pi, (n, k + 3))
+        steps = wrap(np.diff(sheet[2 : n + 2, : k + 1].T, axis=0))
+        wanted = objective.chord(steps, runs, weights)
+        found = kernels.chord_sum(number, runs, weights, k, sheet.copy(), 2, n + 2)
+        assert found == pytest.approx(wanted.sum(), rel=1e-13)
+        filled = sheet.copy()
+        kernels.densities(number, weights, k, filled, 2, 0)
+        density = objective.chord(sheet[2 : n + 2, 1 : k + 1].T, np.ones(k), weights)
+        np.testing.assert_allclose(filled[0, :k], density, rtol=1e-13)
+        filled[0, :k] = sheet[0, :k]
+        np.testing.assert_array_equal(filled, sheet)
+
+
+def test_weights_may_be_left_out_and_some_may_be_zero():
+    np.testing.assert_array_equal(joint_weights(None, 3), np.ones(3))
+    np.testing.assert_array_equal(joint_weights([0, 0.5, 0], 3), [0.0, 0.5, 0.0])
 
 
 @pytest.mark.parametrize("bad", [[1, 1], [1, -1, 1], [0, 0, 0], [1, np.nan, 1], "abc"])

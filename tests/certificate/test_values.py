@@ -417,6 +417,26 @@ def test_what_sags_counts(m):
             assert boxed[0] < low
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_cheap_bound_is_the_chord_over_the_gaps_between_two_boxes(kind):
+    rng = np.random.default_rng(80 + kind)
+    for _ in range(40):
+        m, n, h = 5, 3, 0.1
+        a, b, y = rng.uniform(-3, 3, (3, m, n))
+        rest, w, wraps = 0.1 * rng.random((m, n)), rng.uniform(0.5, 2.0, n), rng.random(n) < 0.5
+        old, new = Arcs(a, a + 0.3 * b, 0 * a, rest, rest), straight(y, y + 0.1)
+        known, out = Values(rng.normal(size=(m, 2)), np.zeros(m), np.zeros((m, n)), rng.random(m)), np.empty(m)
+        kernels.least_to(kind, h, w, wraps, old, known, new, out)
+        apart = (y + 0.05)[:, None] - (a + 0.15 * b)
+        apart -= np.where(wraps, TAU * np.rint(apart / TAU), 0.0)
+        gap = np.maximum(np.abs(apart) - 0.15 * np.abs(b) - rest - 0.05, 0.0)
+        if kind == TRAVEL:
+            cost = np.sqrt(h * h + gap * gap) @ w
+        else:
+            cost = gap @ w if kind == L1 else np.linalg.norm(gap * w, axis=-1)
+        np.testing.assert_allclose(out, (known.v.min(axis=1) - known.lost + cost).min(axis=1), atol=1e-12)
+
+
 def source(step, y, rise, bow=0.0, sag=0.0, last=1.5):
     """Value and place at which y is reached most cheaply, by chords over h = 1, from a cell; and a scan."""
     step, y, n = np.array(step), np.array(y), len(step)

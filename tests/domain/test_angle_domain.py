@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import selfmotion as sm
-from selfmotion.domain import blocked_stretches
+from selfmotion.domain import blocked_at, blocked_stretches
 from selfmotion.domain.angle_domain import stretches
 
 
@@ -35,6 +35,44 @@ def test_every_point_reachable_is_not_blocked_pointwise():
     assert blocked_stretches(arm, sm.Line([1.5, -2.5], [1.5, 2.5]), 1000, [0, 1]) == []
 
 
+class Covered:
+    """An arm without a structure, of whose covers the one of a branch has cells up to some r."""
+
+    n_u, rigorous, has_structure, reach, branches = 1, True, False, 10.0, ("one", "other")
+
+    def __init__(self, **until):
+        self.until = until
+
+    def shortfall(self, x):
+        return 0.0 * x[..., 0]
+
+    def cover(self, branch=None):
+        until = max(self.until.values()) if branch is None else self.until[branch]
+
+        class Cover:
+            @staticmethod
+            def cells(x, spacing):
+                return [0] if x[0] <= until else []
+
+        return Cover()
+
+
+def test_without_a_structure_covers_say_what_is_blocked():
+    """Where those of all branches that may be used have no cells; of arms that prove nothing, nothing is said."""
+    arm, path = Covered(one=0.3, other=0.7), sm.Line([0.0, 0.0], [1.0, 0.0])
+    for branches, end in (([0], 0.3), ([1], 0.7), ([0, 1], 0.7)):
+        (part,) = blocked_stretches(arm, path, 500, branches)
+        assert part.cause == "joint limits"
+        assert part.r == (pytest.approx(end, abs=1e-3), 1.0)
+        assert not blocked_at(arm, path, end - 1e-9, branches)
+        assert blocked_at(arm, path, end + 1e-9, branches)
+    for name, value in (("n_u", 2), ("rigorous", False)):
+        other = Covered(one=0.3, other=0.7)
+        setattr(other, name, value)
+        assert blocked_stretches(other, path, 500, [0]) == []
+        assert not blocked_at(other, path, 1.0, [0])
+
+
 def test_joint_limits_block_inside_reach():
     arm = sm.PlanarArm([1, 1, 1], [(-0.5, 0.5)] * 3)
     path = sm.Line([2.9, 0], [0.5, 0])
@@ -49,6 +87,26 @@ def test_joint_limits_block_inside_reach():
     reached = np.abs(tip[..., 1]) < 0.02
     nearest = tip[..., 0][reached].min()
     assert 2.9 - 2.4 * low == pytest.approx(nearest, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "ends",
+    [
+        [],
+        [(0, 1)],
+        [(0, 0.03)],
+        [(0.97, 1)],
+        [(0.22, 0.41), (0.6, 1)],
+        [(0, 0.33), (0.55, 0.7), (0.95, 1)],
+        [(0.3, 0.5)],
+    ],
+)
+def test_stretches_are_where_the_predicate_holds(ends):
+    """Also where it holds at the first or the last place alone."""
+    found = stretches(lambda r: np.array([any(a <= x <= b for a, b in ends) for x in r], bool), np.linspace(0, 1, 11))
+    assert len(found) == len(ends)
+    if ends:
+        np.testing.assert_allclose(found, ends, atol=1e-14)
 
 
 def test_stretches_are_found_to_rounding():

@@ -72,6 +72,7 @@ def test_postures_are_equally_far_apart():
     for branch in (0, 1):
         steps = np.linalg.norm(wrap(np.diff(domain.sweep(0.0, branch, 25).q, axis=0)), axis=1)
         assert steps.max() < 1.03 * steps.min()
+    assert len(domain.sweep(0.0).u) == 25 * len(domain(0.0, 0).intervals)  # unless another number is asked for
 
 
 def test_a_limit_that_ends_an_interval_is_met_exactly():

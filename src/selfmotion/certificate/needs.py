@@ -59,7 +59,7 @@ def needs_of_pose(problem: Problem, deadline: float = np.inf) -> list[Need]:
     -------
     list of Need
         The one that has to give least, by at most 1 rad or 10 m; others that need as little follow. That less does not
-        do is proved by a cover without cells.
+        do is proved by a cover without cells; where the problem's own has cells, nothing is said.
     """
     low, high = max((part.r for part in problem.blocked), key=lambda ends: ends[1] - ends[0])
     r = 0.5 * (low + high)
@@ -76,6 +76,8 @@ def _least(
 ) -> list[Need]:
     """Return the limits that have to give least for `opens` (joint, side, by) to hold, those of `first` tried first."""
     limits, best, found = problem.arm.limits, _FARTHEST, []
+    if opens(0, "lower", 0.0):  # nothing says that any has to give
+        return []
     every = [(joint, side) for joint in range(problem.arm.n) for side in ("lower", "upper")]
     for joint, side in dict.fromkeys([*first, *every]):
         if not np.isfinite((limits.lower if side == "lower" else limits.upper)[joint]):

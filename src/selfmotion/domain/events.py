@@ -30,6 +30,8 @@ WORDS = {
 
 # Two ends at one place may differ by what the domain has moved since [rad].
 _ASIDE = 1e-3
+# Arcs that have less in common lie beside each other, up to rounding: there a joint may be on either side of its seam.
+_TOUCH = 1e-12
 # Near w = 0 joints swing within no distance of u: one u is one posture only if no joint is this far off [rad].
 _SWING = 0.3
 
@@ -165,7 +167,7 @@ def _goes_on(before: Fibre, j: int, after: Fibre, k: int) -> bool:
         for other_low, other_high, other_turns in two.arcs:
             shift = TAU * np.rint((low + high - other_low - other_high) / (2 * TAU))
             first, last = max(low, other_low + shift), min(high, other_high + shift)
-            if first < last:
+            if last - first > _TOUCH:
                 middle = np.array([0.5 * (first + last)])
                 apart = before.turn_angles(middle, one.branch) - after.turn_angles(middle, one.branch)
                 swing = wrap(before.joints(middle, one.branch) - after.joints(middle, one.branch))
