@@ -11,6 +11,7 @@ from selfmotion.objectives import OBJECTIVES
 from selfmotion.optimizers import OPTIMIZERS
 from selfmotion.paths import PATHS
 from selfmotion.planners import PLANNERS
+from selfmotion.scene import OBSTACLES
 
 REGISTRIES = {
     "arms": ARMS,
@@ -18,6 +19,7 @@ REGISTRIES = {
     "planners": PLANNERS,
     "optimizers": OPTIMIZERS,
     "objectives": OBJECTIVES,
+    "obstacles": OBSTACLES,
 }
 
 
@@ -26,8 +28,10 @@ def table(registry):
     rows = ["| kind | fields | what it is |", "|---|---|---|"]
     for kind, part in registry.items():
         parameters = list(inspect.signature(part).parameters.values())
+        written = getattr(part, "fields", {})  # where a problem file calls a parameter otherwise
         fields = [
-            f"`{p.name}`" + ("" if p.default is inspect.Parameter.empty else f" = {shown(p.default)}")
+            f"`{written.get(p.name) or p.name}`"
+            + ("" if p.default is inspect.Parameter.empty else f" = {shown(p.default)}")
             for p in parameters
             if p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)
         ]

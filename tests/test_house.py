@@ -18,6 +18,7 @@ from selfmotion.optimizers import OPTIMIZERS
 from selfmotion.paths import PATHS
 from selfmotion.planners import PLANNERS
 from selfmotion.profiles import PROFILES
+from selfmotion.scene import OBSTACLES
 
 REGISTRIES = {
     "paths": PATHS,
@@ -26,6 +27,7 @@ REGISTRIES = {
     "objectives": OBJECTIVES,
     "optimizers": OPTIMIZERS,
     "planners": PLANNERS,
+    "obstacles": OBSTACLES,
 }
 PARTS = [(name, kind) for name, registry in REGISTRIES.items() for kind in registry]
 

@@ -16,8 +16,8 @@ from packaging.utils import canonicalize_name
 PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 OPTIONAL = PROJECT["optional-dependencies"]
 PERMISSIVE = {
-    "0BSD", "Apache-2.0", "Apache-2.0 WITH LLVM-exception", "BSD-2-Clause", "BSD-3-Clause", "BSD", "CC0-1.0", "ISC",
-    "MIT", "MIT-CMU", "MIT-0", "PSF-2.0", "Unlicense", "Zlib",
+    "0BSD", "Apache-2.0", "Apache-2.0 WITH LLVM-exception", "BSD-2-Clause", "BSD-3-Clause", "BSD", "BSL-1.0", "CC0-1.0",
+    "ISC", "MIT", "MIT-CMU", "MIT-0", "PSF-2.0", "Qhull", "Unlicense", "Zlib",
 }  # fmt: skip
 WEAK_COPYLEFT = {"MPL-2.0", "LGPL"}  # of whole files or libraries: not in the core
 NAMES = {
@@ -33,12 +33,17 @@ NAMES = {
 }
 READ_BY_HAND = {
     "apsw": ("Zlib", "says any-OSI: its LICENSE lets anyone choose any licence that the OSI approves, such as zlib's"),
+    "cmeel-qhull": (
+        "Qhull",
+        "says nothing in its metadata; its COPYING lets anyone copy, change and pass it on with notice",
+    ),
     "docutils": ("BSD-2-Clause", "names the GPL for one Emacs file in its sources, which the wheel leaves out"),
     "eaik": ("BSD-3-Clause", "has the text of the licence in the place of its name"),
     "imageio-ffmpeg": (
         "BSD-2-Clause AND GPL-3.0-or-later",
         "says BSD of its Python part only; its wheel brings the program ffmpeg, built with --enable-gpl",
     ),
+    "shapely": ("BSD-3-Clause AND LGPL", "says BSD of itself; its wheel brings the library GEOS, under the LGPL 2.1"),
     "pyglet": ("BSD-3-Clause", "says nothing in its metadata; the LICENSE in its sources is that of the BSD"),
 }
 # A program that is run as a process of its own and linked with nothing, where somebody asks for MP4.

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         UnrepairableError,
     )
     from selfmotion.exchange import (
+        load_obstacles,
         load_plan,
         load_problem,
         load_trajectory,
@@ -78,6 +79,16 @@ if TYPE_CHECKING:
         plan,
     )
     from selfmotion.problem import Problem
+    from selfmotion.scene import (
+        BoxObstacle,
+        CapsuleObstacle,
+        CircleObstacle,
+        HalfPlaneObstacle,
+        HalfSpaceObstacle,
+        MeshObstacle,
+        PolygonObstacle,
+        SphereObstacle,
+    )
     from selfmotion.study import Study, run_study
     from selfmotion.timing import time_law
 
@@ -94,8 +105,8 @@ _HOME = {
         "UnrepairableError",
     ),
     "exchange": (
-        "load_plan", "load_problem", "load_trajectory", "read_dxf", "read_gcode", "read_svg", "save_trajectory",
-        "save_urdf",
+        "load_obstacles", "load_plan", "load_problem", "load_trajectory", "read_dxf", "read_gcode", "read_svg",
+        "save_trajectory", "save_urdf",
     ),
     "intervals": ("IntervalSet",),
     "optimizers": ("CMAES", "DifferentialEvolution", "GA", "GWO", "PSO", "RandomSearch"),
@@ -108,6 +119,10 @@ _HOME = {
         "distance_from_optimum", "plan",
     ),
     "problem": ("Problem",),
+    "scene": (
+        "BoxObstacle", "CapsuleObstacle", "CircleObstacle", "HalfPlaneObstacle", "HalfSpaceObstacle", "MeshObstacle",
+        "PolygonObstacle", "SphereObstacle",
+    ),
     "study": ("Study", "run_study"),
     "timing": ("time_law",),
     "mending": ("repair",),

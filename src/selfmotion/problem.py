@@ -16,7 +16,7 @@ from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms import RedundantArm
 from selfmotion.arms.protocols import length_unit, u_period, u_steps
-from selfmotion.constrained import ConstrainedArm, Constraint, constraints_of
+from selfmotion.constrained import Constraint, constrained, constraints_of
 from selfmotion.domain import DomainStructure, angle_domain, blocked_at, blocked_stretches, out_of_reach
 from selfmotion.errors import Blocked, InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
@@ -121,7 +121,7 @@ class Problem:
         _check_dimensions(arm, path)
         self.scene, constraints = _constraints(arm, obstacles, clearance, self_collision, least_singular_value)
         self.least_singular_value = least_singular_value
-        self.arm = ConstrainedArm(arm, constraints) if constraints else arm
+        self.arm = constrained(arm, constraints)
         self.path = path
         self.path_unit: str | None = None  # of its lengths, where it was converted to one
         self.samples = integer("samples", samples, 2, MAX_SAMPLES)

@@ -1,10 +1,14 @@
 """Obstacles: what is refused and why, and that they are written as they are read."""
 
+import json
+
 import jsonschema
 import numpy as np
 import pytest
 
 from selfmotion.errors import InvalidInputError
+from selfmotion.exchange import problem_from
+from selfmotion.exchange.plan_parts import problem_from_object, problem_object
 from selfmotion.exchange.schema import build_obstacle, json_schema
 from selfmotion.scene import (
     OBSTACLES,
@@ -219,3 +223,15 @@ def test_without_the_extra_it_is_named(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "shapely", None)
     with pytest.raises(InvalidInputError, match=r"need the package shapely.*selfmotion\[scene\]"):
         PolygonObstacle(SQUARE).offset(1)
+
+
+def test_a_stored_problem_has_its_obstacles_again():
+    entries = [
+        {"name": "clamp", "circle": {"center": [200, 0], "radius": 1}},
+        {"polygon": [[100, 1], [101, 1], [99, 3]]},
+    ]
+    problem = problem_from({**PROBLEM, "obstacles": entries}).problem
+    stored = json.loads(json.dumps(problem_object(problem), default=np.ndarray.tolist))
+    assert stored["obstacles"] == entries
+    assert problem_from_object(stored).scene.obstacles == problem.scene.obstacles
+    assert "obstacles" not in problem_object(problem_from(PROBLEM).problem)

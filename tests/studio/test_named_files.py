@@ -7,6 +7,7 @@ import pytest
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.named_files import check_inside, is_inside, named_files
 from selfmotion.exchange.schema import SECTIONS, hints_of
+from selfmotion.scene import OBSTACLES
 from selfmotion.studio.answers import ANSWERS
 from selfmotion.studio.cases import CASES
 from selfmotion.studio.place import Place
@@ -54,6 +55,10 @@ PLACES = {
     "planner.initial.moving_bases.0.path.file": lambda name: problem(
         planner={"kind": "refine", "initial": modules({"kind": "reversed", "path": csv(name)})}
     ),
+    "obstacles.1.mesh.file": lambda name: {
+        **problem(),
+        "obstacles": [{"sphere": {"center": [0, 0, 0], "radius": 1}}, {"name": "part", "mesh": {"file": name}}],
+    },
 }
 KINDS = {"svg", "dxf", "gcode", "file"}
 
@@ -78,6 +83,10 @@ def test_every_parameter_that_is_a_file_is_found():
             given = {"kind": kind, **dict.fromkeys(files, "x.y")}
             assert {field for field, _ in named_files({section: given})} == {f"{section}.{name}" for name in files}
             seen += len(files)
+    for kind, part in OBSTACLES.items():
+        files = {name for name, hint in hints_of(part).items() if "'file'" in str(hint)}
+        found = named_files({"obstacles": [{kind: dict.fromkeys(files, "x.y")}]})
+        assert {field for field, _ in found} == {f"obstacles.0.{kind}.{name}" for name in files}
     assert seen >= 5
 
 

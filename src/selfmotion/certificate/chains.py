@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -69,12 +70,12 @@ class Slab:
     forward: FloatArray = field(default_factory=lambda: np.empty(0))
     backward: FloatArray = field(default_factory=lambda: np.empty(0))
 
-    @property
+    @cached_property
     def radius(self) -> FloatArray:
         """The boxes' largest radii, shape (m,) [rad]."""
         return np.asarray(0.5 * (self.boxes.high - self.boxes.low).max(axis=1, initial=0.0))
 
-    @property
+    @cached_property
     def toll(self) -> FloatArray:
         """What chains pay to get from box to box: the radius of those with something that may be outside the limits."""
         return np.where(self.boxes.clean, 0.0, self.radius)

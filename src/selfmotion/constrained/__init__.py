@@ -1,6 +1,6 @@
 """Arms with constraints beyond joint limits: each says how far postures keep it, and of cells and boxes what is sure."""
 
-from selfmotion.constrained.arm import ConstrainedArm, constraints_of, unconstrained
+from selfmotion.constrained.arm import ConstrainedArm, constrained, constraints_of, unconstrained
 from selfmotion.constrained.constraint import BLOCKED, FREE, UNDECIDED, Constraint
 from selfmotion.constrained.covers import why_empty
 from selfmotion.constrained.singularity import SingularityMargin
@@ -12,6 +12,7 @@ __all__ = [
     "ConstrainedArm",
     "Constraint",
     "SingularityMargin",
+    "constrained",
     "constraints_of",
     "unconstrained",
     "why_empty",

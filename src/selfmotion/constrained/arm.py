@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from selfmotion._types import FloatArray
-from selfmotion.arms import RedundantArm
+from selfmotion.arms import RedundantArm, SelfMotion
 from selfmotion.constrained.constraint import Constraint
 from selfmotion.constrained.covers import ConstrainedCover, ConstrainedSlabs
 from selfmotion.constrained.self_motion import ConstrainedSelfMotion
@@ -83,9 +83,25 @@ class ConstrainedArm:
         """Return boxes of the postures along parts of a path that are not surely blocked."""
         return ConstrainedSlabs(self.bare.slabs(path, elbow), self.constraints)
 
-    def self_motion(self) -> ConstrainedSelfMotion:
+    def self_motion(self) -> SelfMotion:
         """Return the self-motion, for one redundant degree; else raise InvalidInputError."""
         return ConstrainedSelfMotion(self.bare.self_motion(), self.constraints)
+
+
+def constrained(arm: RedundantArm, constraints: Sequence[Constraint]) -> RedundantArm:
+    """Return an arm under constraints; the arm itself if there are none.
+
+    Parameters
+    ----------
+    arm : RedundantArm
+    constraints : sequence of Constraint
+
+    Returns
+    -------
+    RedundantArm
+        A :class:`ConstrainedArm`, which is one by what it hands on.
+    """
+    return cast("RedundantArm", ConstrainedArm(arm, constraints)) if constraints else arm
 
 
 def constraints_of(arm: RedundantArm) -> tuple[Constraint, ...]:

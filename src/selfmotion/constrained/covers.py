@@ -20,8 +20,8 @@ _TIMES = 3  # that undecided cells are split again …
 _SHORTER = 4.0  # … into cells so many times as short
 _MOST = 200  # undecided cells that are split again at once: more are no borders but narrows
 _HALVINGS = 4  # of boxes that are undecided …
-_WIDE = 5.0  # … and have a radius above so many times the width of their slab, which makes them no smaller [rad]
-_SMALLEST = 1e-3  # … nor below this [rad]
+_SMALLEST = 1e-3  # … and have a radius above this [rad]; at the ends of the path, in slabs of no width, all are large
+_SHRUNK = 0.75  # part of its radius that half a box has where its slab is not too thick for smaller ones
 _SHORTEST = 1e-7  # cells that are not split again [rad]
 
 
@@ -150,19 +150,20 @@ class ConstrainedSlabs:
 
     def _sifted(self, low: float, high: float, boxes: Boxes) -> Boxes:
         """Return the boxes that are not surely blocked, those that are undecided in smaller ones."""
-        # At the ends of the path slabs have no width.
-        parts, smallest = [], max(_SMALLEST, _WIDE * (high - low)) if high > low else np.inf
+        parts, most = [], np.full(len(boxes), np.inf)
         for times in range(_HALVINGS + 1):
             if not len(boxes):
                 break
             found = [constraint.of_boxes(boxes.low, boxes.high).state for constraint in self._constraints]
             state = np.min(found, axis=0)
             radius = 0.5 * (boxes.high - boxes.low).max(axis=1)
-            again = (state != BLOCKED) & (state != FREE) & (radius > smallest) if times < _HALVINGS else state > FREE
+            again = (state != BLOCKED) & (state != FREE) & (radius > _SMALLEST) & (radius <= _SHRUNK * most)
+            again &= times < _HALVINGS and high > low
             clean: BoolArray = boxes.clean & (state == FREE)
             parts.append(replace(boxes, clean=clean)[(state != BLOCKED) & ~again])
             if not again.any():
                 break
             smaller = self._slabs.split(low, high, boxes[again], 0.5 * radius[again])
             boxes = replace(smaller, origin=boxes.origin[again][smaller.origin])
+            most = radius[again][smaller.origin]
         return _together(parts) if parts else boxes

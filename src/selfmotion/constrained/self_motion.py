@@ -56,10 +56,11 @@ class ConstrainedSelfMotion:
         """Return postures (k, m, n) and whether they reach, for parameters `u` (k, m)."""
         return self._free.solve(pose, u, branch)
 
-    def excess(self, q: FloatArray) -> FloatArray:
+    def excess(self, q: ArrayLike) -> FloatArray:
         """Return by how much postures (..., n) miss limits, and constraints as parts of their scale, (..., n + c)."""
-        lack = [np.maximum(-least, 0.0) for least, _ in self._least(q)]
-        return np.concatenate([self.limits.excess(q), np.stack(lack, axis=-1)], axis=-1)
+        postures = np.asarray(q, dtype=float)
+        lack = [np.maximum(-least, 0.0) for least, _ in self._least(postures)]
+        return np.concatenate([self.limits.excess(postures), np.stack(lack, axis=-1)], axis=-1)
 
     def separators(self, pose: Any) -> FloatArray:
         """Return no functions, shape (k, 0): none are known."""
@@ -107,7 +108,11 @@ class ConstrainedSelfMotion:
             first = np.searchsorted(row[mine], row[mine])
             times = np.arange(len(mine)) - first
             m = int(times.max()) + 1
-            at, on, posture = np.full((k, m), np.nan), np.zeros((k, m, len(self.branches)), bool), np.full((k, m, self.n), np.nan)
+            at, on, posture = (
+                np.full((k, m), np.nan),
+                np.zeros((k, m, len(self.branches)), bool),
+                np.full((k, m, self.n), np.nan),
+            )
             at[row[mine], times], posture[row[mine], times] = wrap(u[mine]), q[mine]
             on[row[mine], times, branch] = True
             columns.append(Breakpoints(at, on, posture, (self._cause(int(number)),) * m))
@@ -145,9 +150,7 @@ class ConstrainedSelfMotion:
             number[part] = which * len(self._constraints) + worst
         return q, margin, number
 
-    def _places(
-        self, pose: Any, own: Breakpoints, branch: int
-    ) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
+    def _places(self, pose: Any, own: Breakpoints, branch: int) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
         """Return where margins change sign on a branch: poses (m,), u (m,), postures (m, n) and numbers of causes."""
         u = np.sort(np.where(own.on_branch[..., branch], own.u, np.nan), axis=1)
         count = np.isfinite(u).sum(axis=1)
@@ -187,7 +190,11 @@ class ConstrainedSelfMotion:
         # Dips that stay on one side of zero where one looked, but by less than they fell.
         before, here, after = margin[:, :-2], margin[:, 1:-1], margin[:, 2:]
         size = np.abs(here)
-        dip = (size <= np.abs(before)) & (size <= np.abs(after)) & (size < np.maximum(np.abs(before), np.abs(after)) - size)
+        dip = (
+            (size <= np.abs(before))
+            & (size <= np.abs(after))
+            & (size < np.maximum(np.abs(before), np.abs(after)) - size)
+        )
         same = ((before >= 0.0) == (here >= 0.0)) & ((after >= 0.0) == (here >= 0.0))
         i, k = np.nonzero(dip & same)
         if len(i):
@@ -201,7 +208,7 @@ class ConstrainedSelfMotion:
                 least = np.argmin(np.where(np.isfinite(found), sign[:, None] * found, np.inf), axis=1)
                 lines = np.arange(len(near))
                 low, high = near[lines, np.maximum(least - 1, 0)], near[lines, np.minimum(least + 1, _NEAR - 1)]
-                low, high, of, sign = (column[~crossed] for column in (low, high, of, sign))
+                low, high, of, sign = low[~crossed], high[~crossed], of[~crossed], sign[~crossed]
                 if not len(of):
                     break
         return np.concatenate(ones), np.concatenate(twos), np.concatenate(poses), np.concatenate(signs)

@@ -61,9 +61,7 @@ class Linear(ABC):
         If a matrix is singular.
     """
 
-    def __init__(
-        self, problem: Collocation, q: FloatArray, matrices: FloatArray, soft: SoftRows | None = None
-    ) -> None:
+    def __init__(self, problem: Collocation, q: FloatArray, matrices: FloatArray, soft: SoftRows | None = None) -> None:
         self.problem, self.matrices = problem, matrices
         self.soft = soft if soft is not None and soft.weights.any() else None
         self._jacobian = problem.arm.jacobian(q)
@@ -179,7 +177,6 @@ class DenseLinear(Linear):
         found = np.asarray(cho_solve(self._schur, lack.ravel(), check_finite=False)).reshape(lack.shape)
         return moved + (self._inverse @ self.transposed(found)[:, :, None])[:, :, 0], found
 
-
     def _softly_solved(self, moved: FloatArray, lack: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the same as :meth:`_solved`, with soft rows."""
         from scipy.linalg import cho_solve
@@ -218,7 +215,9 @@ class BandedLinear(Linear):
         n, f, _ = self.matrices.shape
         tasks, values, width, band = self._jacobian.shape[1], self.problem.values, self._width, self._band
         ab = self._metric.copy(order="F")
-        rows_of_a = self._jacobian if self.soft is None else np.concatenate([self._jacobian, self.soft.gradients], axis=1)
+        rows_of_a = (
+            self._jacobian if self.soft is None else np.concatenate([self._jacobian, self.soft.gradients], axis=1)
+        )
         task, joint = np.arange(rows_of_a.shape[1])[:, None], np.arange(n)[None, :]
         for off in range(-DEGREE, DEGREE + 1):
             i = np.arange(max(0, -off), min(f, f - off))

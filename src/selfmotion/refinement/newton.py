@@ -120,9 +120,7 @@ class _Barrier:
 class _Iterate:
     """The quadratic model of φ on the motions that keep the task, at c."""
 
-    def __init__(
-        self, problem: Collocation, barrier: _Barrier, walls: Walls | None, c: FloatArray, mu: float
-    ) -> None:
+    def __init__(self, problem: Collocation, barrier: _Barrier, walls: Walls | None, c: FloatArray, mu: float) -> None:
         self.problem = problem
         self._density = problem.density(c)
         # Beside a kink the density is all but linear: Newton's steps would be far too long there.

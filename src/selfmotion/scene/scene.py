@@ -74,7 +74,7 @@ class Scene:
             links.turns, links.shifts, links.first, links.frame, links.ends, links.radius, links.levers
         )
         solid = [k for k, obstacle in enumerate(self.obstacles) if not isinstance(obstacle, MeshObstacle)]
-        self._meshes = [k for k in range(len(self.obstacles)) if k not in solid]
+        self._meshes = {k: mesh for k, mesh in enumerate(self.obstacles) if isinstance(mesh, MeshObstacle)}
         forms = [self.obstacles[k].shape() for k in solid]
         self._shapes = kernels.Shapes(
             np.array([kind for kind, _ in forms], np.int64),
@@ -182,8 +182,7 @@ class Scene:
         k, p = len(points), len(self._of_meshes)
         found, at, normal = np.empty((k, p)), np.empty((k, p, 3)), np.empty((k, p, 3))
         for column, (c, number_of, needed) in enumerate(self._of_meshes):
-            mesh = self.obstacles[number_of]
-            distance, at[:, column], normal[:, column] = mesh.nearest(points[:, c, 0], points[:, c, 1])
+            nearest = self._meshes[number_of].nearest
+            distance, at[:, column], normal[:, column] = nearest(points[:, c, 0], points[:, c, 1])
             found[:, column] = distance - needed
         return found, at, normal
-
