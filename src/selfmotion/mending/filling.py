@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray
+from selfmotion.constrained import keeps_constraints
 from selfmotion.problem import Problem
 
 SAME = 1e-5
@@ -30,6 +31,8 @@ _ON_PATH = 1e-12  # of the reach
 def on_path(problem: Problem, r: FloatArray, q: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Move postures to the nearest ones that do their task inside the limits, by Newton's method.
 
+    Constraints beyond joint limits push nothing: a posture that does not keep them is not ok.
+
     Parameters
     ----------
     problem : Problem
@@ -40,7 +43,7 @@ def on_path(problem: Problem, r: FloatArray, q: FloatArray) -> tuple[FloatArray,
     -------
     q : array, shape (k, n)
     ok : array of bool, shape (k,)
-        Whether task, limits and elbow hold there.
+        Whether task, limits, further constraints and elbow hold there.
     """
     arm, x = problem.arm, problem.path(r)
     q, free = q.copy(), np.ones(q.shape)
@@ -61,6 +64,7 @@ def on_path(problem: Problem, r: FloatArray, q: FloatArray) -> tuple[FloatArray,
         q = np.clip(q, arm.limits.lower, arm.limits.upper)
     miss = np.abs(arm.task_residual(q, x)).max(axis=-1, initial=0.0)
     ok = (miss <= 10 * _ON_PATH * arm.reach) & (arm.limits.margin(q) >= -HELD).all(axis=-1)
+    ok &= keeps_constraints(arm, q)
     return q, ok if problem.elbow == "any" else ok & arm.is_on_branch(q, problem.elbow, HELD)
 
 
@@ -94,7 +98,7 @@ def refined(
     Returns
     -------
     Filled
-        ``broken`` are the steps that do not get smaller by halving: jumps.
+        ``broken`` are the steps that do not get smaller by halving: jumps, and those with a forbidden posture half-way.
     """
     arm = problem.arm
     origin = np.arange(len(r))  # the row that each one comes after, or is

@@ -19,6 +19,8 @@ from numpy.typing import ArrayLike
 from selfmotion._checks import number
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.breaks import Break, connectivity
+from selfmotion.constrained import keeps_constraints
+from selfmotion.constrained.between import not_clear
 from selfmotion.errors import UnrepairableError
 from selfmotion.judgement import Judgement, Tolerances, judge, measured
 from selfmotion.mending.bridge import PLAN_ANEW, bridge
@@ -140,7 +142,7 @@ def _mended(problem: Problem, r: FloatArray, q: FloatArray, allowed: Tolerances,
 def _wanting(problem: Problem, r: FloatArray, q: FloatArray, allowed: Tolerances) -> BoolArray:
     """Return the steps that :func:`judge` would not accept."""
     motion = measured(problem, r, q, allowed)
-    return motion.jumps | motion.coarse
+    return motion.jumps | motion.coarse | not_clear(problem.arm, motion.q)
 
 
 def _put_on_path(problem: Problem, r: FloatArray, q: FloatArray, allowed: Tolerances) -> FloatArray:
@@ -229,7 +231,7 @@ def _postures(problem: Problem, posture: Posture | None, r: float) -> FloatArray
     if posture.q is not None:
         return posture.q[None]
     q = np.array([arm.solve(problem.path(r), posture.u, branch)[0] for branch in problem.elbow_branches])
-    q = q[(arm.limits.excess(q) <= 1e-9).all(axis=1)]
+    q = q[(arm.limits.excess(q) <= 1e-9).all(axis=1) & keeps_constraints(arm, q)]
     return np.concatenate([arm.limits.lift(one[None, None])[0][0] for one in q]) if len(q) else np.empty((0, arm.n))
 
 
@@ -282,5 +284,5 @@ def _blocked(problem: Problem, sheets: list[int]) -> UnrepairableError:
         message + (why if causes else ""),
         "widen the limits, move the path, or split it there",
         r,
-        proved=not wider.structure.is_connected,
+        proved=problem.arm.has_structure and not wider.structure.is_connected,
     )
