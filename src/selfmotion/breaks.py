@@ -37,8 +37,8 @@ class Break:
         ``"jumps"`` (along one and the same part), ``"too coarse"`` (the tool leaves the path between the rows),
         ``"not clear"`` (a further constraint is not surely kept between the rows, the joints on straight lines).
     size : float
-        Distance from the path (in the unit of length), overrun of the limit, what a further constraint lacks, or largest
-        joint step, in the unit.
+        Distance from the path (in the unit of length), overrun of the limit, what a further constraint lacks, or the
+        largest joint step, in the unit.
     joint : int or None
         Joint concerned, counted from 1.
     unit : str

@@ -16,7 +16,7 @@ from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms import RedundantArm
 from selfmotion.arms.protocols import length_unit, u_period, u_steps
-from selfmotion.constrained import Constraint, SingularityMargin, constrained, constraints_of
+from selfmotion.constrained import Constraint, SingularityMargin, constrained, constraints_of, unconstrained
 from selfmotion.domain import DomainStructure, angle_domain, blocked_at, blocked_stretches, out_of_reach
 from selfmotion.errors import Blocked, InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
@@ -209,14 +209,16 @@ class Problem:
 
     @cached_property
     def structure(self) -> DomainStructure:
-        """The structure of the angle domain on the branches that may be used.
+        """The structure of the angle domain on the branches that may be used, joint limits alone regarded.
+
+        Further constraints only take postures away: what is not connected here is not connected under them either.
 
         Raises
         ------
         InvalidInputError
             If the arm has another degree of redundancy than one.
         """
-        return DomainStructure(self.arm.self_motion(), self.path, self.elbow_branches)
+        return DomainStructure(unconstrained(self.arm).self_motion(), self.path, self.elbow_branches)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

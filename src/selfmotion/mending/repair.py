@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from selfmotion._checks import number
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.breaks import Break, connectivity
-from selfmotion.constrained import keeps_constraints
+from selfmotion.constrained import constraints_of, keeps_constraints
 from selfmotion.constrained.between import not_clear
 from selfmotion.errors import UnrepairableError
 from selfmotion.judgement import Judgement, Tolerances, judge, measured
@@ -132,11 +132,22 @@ def _mended(problem: Problem, r: FloatArray, q: FloatArray, allowed: Tolerances,
         return _Mended(r, q, np.ones(len(r), bool))
     rows = _Rows(problem, r, q, found.bad_rows, found.broken_steps)
     for _ in range(_ROUNDS):
-        new_r, new_q, kept = rows.joined(_chain(problem, rows, worth))
+        new_r, new_q, kept = _joined(problem, rows, worth)
         new_r, new_q, jumps = refined(problem, new_r, new_q, lambda r, q: _wanting(problem, r, q, allowed))
         if not (jumps and rows.tear(new_r[jumps])):
             break
     return _Mended(new_r, new_q, kept)
+
+
+def _joined(problem: Problem, rows: _Rows, worth: float) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Return the motion through the rows worth keeping, or through none of them if obstacles leave no way to them."""
+    chain = _chain(problem, rows, worth)
+    try:
+        return rows.joined(chain)
+    except UnrepairableError:
+        if not chain or not constraints_of(problem.arm):
+            raise
+        return rows.joined([])
 
 
 def _wanting(problem: Problem, r: FloatArray, q: FloatArray, allowed: Tolerances) -> BoolArray:
@@ -284,5 +295,5 @@ def _blocked(problem: Problem, sheets: list[int]) -> UnrepairableError:
         message + (why if causes else ""),
         "widen the limits, move the path, or split it there",
         r,
-        proved=problem.arm.has_structure and not wider.structure.is_connected,
+        proved=not wider.structure.is_connected,
     )

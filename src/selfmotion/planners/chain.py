@@ -220,7 +220,7 @@ def module_problems(problem: Problem, moving_bases: Sequence[Path]) -> tuple[Pro
 
 
 def splittable(problem: Problem) -> PlanarArm:
-    """Return the arm of a problem if it splits into modules and need keep nothing else; else raise InvalidInputError."""
+    """Return the arm of a problem if it splits into modules and is not constrained; else raise an InvalidInputError."""
     arm = unconstrained(problem.arm)
     refuse_constraints(problem)
     if not isinstance(arm, PlanarArm):
