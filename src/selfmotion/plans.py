@@ -195,8 +195,8 @@ class Plan:
     def summary(self) -> dict[str, Any]:
         """Return the result as the command line's ``--json`` prints it.
 
-        ``l2_waypoints``, ``estimated_bound`` and ``estimated_gap`` are there only if they are known, and ``margins``, of
-        constraints beyond joint limits, only if there are any.
+        ``l2_waypoints``, ``estimated_bound`` and ``estimated_gap`` are there only if they are known, ``margins`` only
+        of constraints beyond joint limits.
         """
         check = self.verification
         names = ("l2_waypoints", "estimated_bound", "estimated_gap")

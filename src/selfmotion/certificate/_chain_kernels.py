@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from selfmotion._compiled import kernel
-from selfmotion._types import BoolArray, FloatArray
+from selfmotion._types import BoolArray, FloatArray, IntArray
 
 TAU = 2 * np.pi
 # Boxes this near count as overlapping: room for rounding [rad].
@@ -59,3 +59,35 @@ def settle(low: FloatArray, high: FloatArray, toll: FloatArray, wraps: BoolArray
             paid = cost[i] + 0.5 * (toll[i] + toll[other])
             if paid < cost[other] and overlap(low[i], high[i], low[other], high[other], wraps):
                 cost[other] = paid
+
+
+@kernel
+def components(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:
+    """Return the numbers (m,) of the connected parts that overlapping boxes (m, n) form."""
+    m = len(low)
+    label, stack, count = np.full(m, -1), np.empty(m, np.int64), 0
+    for k in range(m):
+        if label[k] >= 0:
+            continue
+        label[k], stack[0], depth = count, k, 1
+        while depth > 0:
+            depth -= 1
+            i = stack[depth]
+            for other in range(m):
+                if label[other] < 0 and overlap(low[i], high[i], low[other], high[other], wraps):
+                    label[other], stack[depth] = count, other
+                    depth += 1
+        count += 1
+    return label
+
+
+@kernel
+def meeting(
+    low: FloatArray, high: FloatArray, label: IntArray, to_low: FloatArray, to_high: FloatArray, to_label: IntArray,
+    wraps: BoolArray, found: BoolArray,
+) -> None:  # fmt: skip
+    """Mark in `found` which labels of boxes (m, n) meet which of others (p, n) where these overlap."""
+    for i in range(len(low)):
+        for k in range(len(to_low)):
+            if not found[label[i], to_label[k]] and overlap(low[i], high[i], to_low[k], to_high[k], wraps):
+                found[label[i], to_label[k]] = True

@@ -117,7 +117,7 @@ def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedErr
         stretch, causes = _stretch(problem)
         deaths = _deaths(problem, cover, deadline)
     else:  # what the boxes tell is all that is known
-        stretch = _told(problem, (min(proof.earliest, proof.latest), max(proof.earliest, proof.latest)))
+        stretch = told(problem, (min(proof.earliest, proof.latest), max(proof.earliest, proof.latest)))
         causes, deaths = (), ()
     result = InfeasibilityProof(
         "no chain of overlapping boxes, which hold all postures of the slabs that the path was cut into",
@@ -140,7 +140,7 @@ def unproved(what: str) -> UndecidedError:
     )
 
 
-def _told(problem: Problem, r: tuple[float, float]) -> Blocked:
+def told(problem: Problem, r: tuple[float, float]) -> Blocked:
     """Return the stretch in which a proof found no way on; of constrained arms with what ends the self-motion there."""
     if not constraints_of(problem.arm):
         return Blocked(r, "joint limits")

@@ -12,11 +12,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from selfmotion._types import BoolArray, FloatArray
+from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.angles import TAU, wrap
 from selfmotion.arms.cells import Cells, Cover
+from selfmotion.arms.slabs import SlabCover
 from selfmotion.certificate import _chord_kernels, _kernels, _proposal_kernels
 from selfmotion.certificate._arrays import Arcs, Values
+from selfmotion.certificate.connected import NotInTimeError, groups
 from selfmotion.errors import InvalidInputError
 
 _KINDS = {"joint_travel": _chord_kernels.TRAVEL, "l1": _chord_kernels.L1, "l2": _chord_kernels.L2}
@@ -52,6 +54,10 @@ class Slice:
     """The least cost of a motion through each cell, shape (m,)."""
     wraps: BoolArray | bool = True
     """Which joints are angles modulo 2π, shape (n,); others, such as a rail, are what they are."""
+    after: IntArray | None = None
+    """Groups of its cells (m,) in the slab that follows: no motion leads from one to another; None if not known."""
+    before: IntArray | None = None
+    """The same in the slab that ends here."""
 
     def below(self, threshold: float, least: FloatArray) -> Slice:
         """Return the slice with the cells whose `least` cost (m,) is no more than `threshold`.
@@ -85,6 +91,7 @@ class Slice:
             self.r, self.x, self.cells[chosen], joined[chosen], severed[chosen], self.fixed,
             None if one is None else one.of(chosen), None if two is None else two.of(chosen),
             None if least is None else least[chosen], self.wraps,
+            None if self.after is None else self.after[chosen], None if self.before is None else self.before[chosen],
         )  # fmt: skip
 
     def _sever_at_seams(self, rows: BoolArray, severed: BoolArray) -> None:
@@ -181,6 +188,9 @@ class Tube:
 
     def evaluate(self, deadline: float = np.inf) -> float:
         """Prove values from both ends; return the bound on every motion through the tube."""
+        self.slices = _leading_on(_leading_on(self.slices)[::-1])[::-1]
+        if self.is_empty:
+            return np.inf
         first, last = self.slices[0], self.slices[-1]
         first.forward, last.backward = self._at_end(first, -1.0), self._at_end(last, 1.0)
 
@@ -205,6 +215,26 @@ class Tube:
             assert part.least is not None
             self.slices[k] = part.below(threshold, part.least)
 
+    def connect(self, slabs: SlabCover, deadline: float = np.inf) -> None:
+        """Find out between which cells of neighbouring slices motions lead; drop what no motion passes.
+
+        Parameters
+        ----------
+        slabs : SlabCover
+        deadline : float
+            Slabs that are not looked at by then stay as they were.
+        """
+        for k in range(len(self.slices) - 1):
+            one, two = self.slices[k], self.slices[k + 1]
+            if not len(one.cells) or not len(two.cells):
+                return
+            try:
+                after, before = groups(slabs, one.r, two.r, one.cells, two.cells, deadline)
+            except NotInTimeError:
+                return
+            self.slices[k] = replace(one, after=after).kept(after >= 0)
+            self.slices[k + 1] = replace(two, before=before).kept(before >= 0)
+
     def refined(self, slabs: BoolArray, spacing: FloatArray, threshold: float, deadline: float = np.inf) -> Tube:
         """Return the tube with a new slice about the middle of each chosen slab.
 
@@ -221,6 +251,7 @@ class Tube:
         def finer(k: int) -> list[Slice]:
             part = self.slices[k]
             mine = part if part.fixed else self._in_cells_of(part, float(spacing[k]))
+            mine = replace(mine, after=None, before=None)  # between other slices, and of other cells
             if k == 0 or not slabs[k - 1]:
                 return [mine]
             return [
@@ -249,14 +280,17 @@ class Tube:
         wraps = self.setting.cover.wraps
         q, lost = [(part.cells.a if end == 0 else part.cells.b)[cell]], [part.forward.lost[cell]]
         for one, two in zip(self.slices[-2::-1], self.slices[:0:-1], strict=True):
-            cells, values = one.cells, one.forward
-            assert values is not None
+            before, own = _joint_groups(one, two)
+            rows: Rows = slice(None) if before is None or own is None else np.flatnonzero(before == own[cell])
+            assert one.forward is not None
+            cells, values = one.cells[rows], one.forward.of(rows)
             cell, s = _proposal_kernels.source_of(
                 *self._chord(one, two), wraps, self._arcs(cells), _proved(values), q[-1]
             )  # fmt: skip
             x = cells.a[cell] + s * (cells.b[cell] - cells.a[cell]) + 0.5 * s * (1.0 - s) * cells.bow[cell]
             q.append(x + np.where(wraps, TAU * np.rint((q[-1] - x) / TAU), 0.0))
             lost.append(values.lost[cell])
+            cell = cell if isinstance(rows, slice) else int(rows[cell])
         return Chain(self.r, np.array(q[::-1]), np.array(lost[::-1]))
 
     def _between(self, one: Slice, two: Slice, spacing: float, threshold: float, deadline: float) -> Slice:
@@ -395,10 +429,14 @@ class Tube:
         assert values is not None
         m = len(two.cells)
         found = Values(np.empty((m, 2)), np.empty(m), np.empty((m, self.setting.cover.n)), np.empty(m))
-        _kernels.step_values(
-            *self._chord(one, two), self.setting.cover.wraps, self._arcs(one.cells), values,
-            one.severed & extended, self._arcs(two.cells), two.joined, found,
-        )  # fmt: skip
+        for mine, theirs in _parts(one, two):
+            part = found.of(theirs)
+            _kernels.step_values(
+                *self._chord(one, two), self.setting.cover.wraps, self._arcs(one.cells[mine]), values.of(mine),
+                one.severed[mine] & extended, self._arcs(two.cells[theirs]), two.joined[theirs], part,
+            )  # fmt: skip
+            for whole, some in zip(found, part, strict=True):
+                whole[theirs] = some
         return found
 
     def _chord(self, one: Slice, two: Slice) -> tuple[int, float, FloatArray]:
@@ -417,6 +455,32 @@ class Tube:
         assert two is not None
         _kernels.least_through(self._arcs(part.cells), one, two, out)
         return out
+
+
+Rows = IntArray | slice
+
+
+def _parts(one: Slice, two: Slice) -> list[tuple[Rows, Rows]]:
+    """Return the cells of two neighbouring slices, either the first, that motions may join: all, or group by group."""
+    mine, theirs = _joint_groups(one, two)
+    if mine is None or theirs is None:
+        return [(slice(None), slice(None))]
+    return [(np.flatnonzero(mine == number), np.flatnonzero(theirs == number)) for number in np.unique(theirs)]
+
+
+def _joint_groups(one: Slice, two: Slice) -> tuple[IntArray | None, IntArray | None]:
+    """Return the groups of the cells of two neighbouring slices in the slab between them."""
+    return (one.after, two.before) if one.r < two.r else (one.before, two.after)
+
+
+def _leading_on(slices: list[Slice]) -> list[Slice]:
+    """Return slices, from one end, without the cells to which no cell of the slice before leads."""
+    found = slices[:1]
+    for part in slices[1:]:
+        groups_before, own = _joint_groups(found[-1], part)
+        led = groups_before is None or own is None or np.isin(own, groups_before)
+        found.append(part if led is True else part.kept(np.asarray(led)))
+    return found
 
 
 def _proved(values: Values) -> Values:

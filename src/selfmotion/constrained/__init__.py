@@ -1,4 +1,4 @@
-"""Arms with constraints beyond joint limits: each says how far postures keep it, and of cells and boxes what is sure."""
+"""Arms with constraints beyond joint limits: each has margins of postures, and says of cells and boxes what is sure."""
 
 from selfmotion.constrained.arm import (
     ConstrainedArm,

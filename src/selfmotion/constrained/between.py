@@ -44,8 +44,8 @@ def unsure(
     Notes
     -----
     Within a step the motion is taken to be no farther from its chord, joint by joint, than twice as far as it is
-    half-way; with that, what is said holds for every r. Steps of which nothing is sure are halved, until one of them has
-    a posture that breaks the constraint or is too short to be halved.
+    half-way; with that, what is said holds for every r. Steps of which nothing is sure are halved, until one has a
+    posture that breaks the constraint or is too short to be halved.
     """
     low, high, a, b = r[:-1], r[1:], q[:-1], q[1:]
     for _ in range(_HALVINGS):

@@ -20,8 +20,8 @@ class States(NamedTuple):
     state : array of int, shape (m,)
         `FREE`: every posture keeps the constraint; `BLOCKED`: none does; `UNDECIDED`: neither is proved.
     by : array of int, shape (m,)
-        Of blocked ones, which of the constraint's margins no posture keeps; of undecided ones, the first that may not be
-        kept; −1 of free ones.
+        Of blocked ones, which of the constraint's margins no posture keeps; of undecided ones, the first that may not
+        be kept; −1 of free ones.
     """
 
     state: IntArray

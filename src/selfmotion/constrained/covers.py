@@ -102,7 +102,7 @@ def why_empty(cover: Cover, x: FloatArray, spacing: float) -> list[str]:
 
 
 def _inserted(cells: Cells, left: IntArray, shorter: Cells, of: IntArray) -> tuple[Cells, IntArray]:
-    """Return cells `left` with those that cells `of` were split into, in order; and what each was, left before split."""
+    """Return cells `left` with those that cells `of` were split into, in order; and their order, left before split."""
     order = np.argsort(np.concatenate([left, of[shorter.origin]]), kind="stable")
 
     def both(one: FloatArray, two: FloatArray) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from functools import cached_property
 from typing import TYPE_CHECKING, NoReturn, cast
 
 import numpy as np
@@ -10,8 +11,9 @@ import numpy as np
 from selfmotion._checks import number, positive
 from selfmotion._types import FloatArray
 from selfmotion.arms.protocols import u_steps
-from selfmotion.certificate.infeasibility import unproved
+from selfmotion.certificate.infeasibility import told, unproved
 from selfmotion.certificate.joined import leads_on
+from selfmotion.constrained import constraints_of
 from selfmotion.domain import blocked_by
 from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError, UndecidedError
 from selfmotion.optimizers import Progress
@@ -24,6 +26,7 @@ from selfmotion.verification import Failure
 
 if TYPE_CHECKING:
     from selfmotion.arms.cells import Cells, Cover
+    from selfmotion.arms.slabs import SlabCover
     from selfmotion.certificate.result import Certificate, Level
     from selfmotion.certificate.rounds import BestMotion
     from selfmotion.certificate.tube import Chain, Tube
@@ -41,6 +44,7 @@ _POLISHED_FOR_LARGE = 5e-3  # the same of gaps above 1e-2, but no less than 1e-5
 _WITHIN = 4  # chords in a slab by which the best motion's length is known
 _MANY_BREAKS = 2000  # more of them turn too little each to be looked at
 _BACK = 0.05  # how near postures are that lead back to a motion [rad]
+_FAST, _LONG = 3.0, 0.05  # steps of chords that may jump a gap: times the usual speed, and [rad]
 _TIED = 1.0  # widest start of a cyclic motion in the first round; half as wide in every further one [rad]
 _warmed: set[tuple[str, tuple[str, ...], str]] = set()  # arms and objectives whose kernels are loaded
 
@@ -183,7 +187,11 @@ class _Search:
 
         cells = sum(part.tube.size for part in parts)
         for part in parts:
-            part.bound, part.chain = part.tube.evaluate(self.deadline), part.tube.cheapest()
+            self._evaluate(part)
+        parts[:] = [part for part in parts if not part.tube.is_empty]
+        if not parts:
+            self._leads_nowhere()
+            return
         self._improve(min(parts, key=lambda part: part.bound).chain)
         if self.problem.cyclic:
             parts[:] = [small for part in parts for small in self._parted(part)]
@@ -199,6 +207,29 @@ class _Search:
         self.levels.append(Level(slices, cells, self.bound, self.threshold, time.perf_counter() - self.began))
         if self.progress is not None:
             self.progress(len(self.levels), 0, self.threshold)
+
+    def _evaluate(self, part: _Part) -> None:
+        """Prove a part's bound; where its cheapest chords jump gaps that motions may not cross, without these."""
+        part.bound, part.chain = part.tube.evaluate(self.deadline), part.tube.cheapest()
+        coverable = constraints_of(self.problem.arm) and np.isfinite(
+            self.problem.fastest
+        )  # else no slab can be covered
+        if coverable and _jumps(part.chain):
+            part.tube.connect(self._slabs, self.deadline)
+            part.bound = part.tube.evaluate(self.deadline)
+            if not part.tube.is_empty:
+                part.chain = part.tube.cheapest()
+
+    @cached_property
+    def _slabs(self) -> SlabCover:
+        return self.problem.arm.slabs(self.problem.path, self.problem.elbow)
+
+    def _leads_nowhere(self) -> None:
+        """Say so if no motion leads from cell to cell at all; with a motion known, none is cheaper."""
+        if self.best is None:
+            self._explain()
+            raise InfeasibleError([told(self.problem, (0.0, 1.0))])
+        self.bound, self.tubes = max(self.bound, self._surely), []
 
     def _refined(self, part: _Part) -> list[_Part]:
         """Return a part on more slices in shorter cells, or none if it is empty."""
@@ -356,6 +387,13 @@ class _Part:
         self.tube, self.spacing = tube, spacing
         self.bound = 0.0
         self.chain: Chain
+
+
+def _jumps(chain: Chain) -> bool:
+    """Return whether a chain has steps that are much faster than most of them."""
+    steps = np.abs(np.diff(chain.q, axis=0)).max(axis=1)
+    speeds = steps / np.diff(chain.r)
+    return bool(((speeds > _FAST * np.median(speeds)) & (steps > _LONG)).any())
 
 
 def _warm(problem: Problem) -> None:

@@ -55,10 +55,11 @@ class Refine(Planner):
     Notes
     -----
     For arms of any degree of redundancy, with joint limits, one or any elbow, fixed end postures, cyclic motions and
-    weights; motions may ride a limit and cross or ride a fold. All of it is local: the answer is the best of the optima
-    found, without a bound. The search stops when the optima that are still unseen are expected to be fewer than a
-    half, ``W (N − 1)/(N − W − 2) < W + ½`` for W optima from N ≥ 12 starts (Boender, Rinnooy Kan 1987), or when
-    starts or time run out; the plan's parameters say which. Method: docs/mathematics.
+    weights; motions may ride a limit and cross or ride a fold. Of an arm's further constraints on postures they keep
+    clear, between collocation points too, by some 1e-7 of the constraints' scale where they touch. All of it is local:
+    the answer is the best of the optima found, without a bound. The search stops when the optima that are still unseen
+    are expected to be fewer than a half, ``W (N − 1)/(N − W − 2) < W + ½`` for W optima from N ≥ 12 starts (Boender,
+    Rinnooy Kan 1987), or when starts or time run out; the plan's parameters say which. Method: docs/mathematics.
     """
 
     kind = "refine"
@@ -214,7 +215,8 @@ class _Search:
         elif self.furthest < 1.0:
             reason = f"none of {self.tried} starts could be led along the path; the best got to r = {self.furthest:.4g}"
         else:
-            reason = f"none of {self.tried} starts could be bent to keep task, limits and ends"
+            more = ", and the arm's further constraints" if getattr(problem.arm, "constraints", ()) else ""
+            reason = f"none of {self.tried} starts could be bent to keep task, limits and ends{more}"
         raise NothingFeasibleError(
             f"{reason} ({stopped})",
             remedy,

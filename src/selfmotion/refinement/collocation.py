@@ -43,7 +43,7 @@ class Collocation:
     constraints : tuple
         Further constraints on postures, those of the arm; each with its margins, their gradients and their scale.
     shift : array, shape (k, m), or float
-        By how much margins at the points must be greater than zero, in units of their scale.
+        By how much margins at the points must be greater than zero, in their scales.
 
     Notes
     -----
@@ -137,19 +137,18 @@ class Collocation:
         """Return the largest tracking error of postures at the collocation points, as a part of the reach."""
         return float(self.arm.task_error(q, self._targets).max(initial=0.0)) / self.arm.reach
 
-    def unshifted_margins(self, q: FloatArray) -> FloatArray:
+    def margins(self, q: FloatArray) -> FloatArray:
         """Return by how much any postures (k, n) keep the constraints, shape (k, m), in their scales."""
         found = [constraint.margins(q) / constraint.scale for constraint in self.constraints]
         return np.concatenate([*found, np.empty((len(q), 0))], axis=1)
 
-    def slopes_of_margins(self, q: FloatArray) -> FloatArray:
-        """Return the gradients of :meth:`unshifted_margins`, shape (k, m, n)."""
-        found = [constraint.gradients(q)[1] / constraint.scale for constraint in self.constraints]
-        return np.concatenate([*found, np.empty((len(q), 0, q.shape[1]))], axis=1)
-
-    def margins(self, q: FloatArray) -> FloatArray:
-        """Return by how much postures (k, n) at the collocation points exceed the shift, shape (k, m)."""
-        return self.unshifted_margins(q) - self.shift
+    def margin_gradients(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return :meth:`margins` and their gradients by the joints, shape (k, m, n)."""
+        found = [(constraint.gradients(q), constraint.scale) for constraint in self.constraints]
+        margins = [m / scale for (m, _), scale in found]
+        gradients = [g / scale for (_, g), scale in found]
+        none = np.empty((len(q), 0, self.arm.n))
+        return np.concatenate([*margins, none[..., 0]], axis=1), np.concatenate([*gradients, none], axis=1)
 
     @cached_property
     def share(self) -> FloatArray:

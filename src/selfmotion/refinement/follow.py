@@ -18,13 +18,19 @@ _HALVINGS = 5  # of a step that is too large
 _DAMPING = 1e-13  # part of the trace of J D Jᵀ, and of its least value that is told from zero
 _LEAST_TRACE = 1e-6  # of the square of the reach: all joints on their limits, all but none moves
 _CLEAR = 0.03  # margin, in its scale, that followers are pushed to keep of the arm's constraints
-_PUSH = 0.05  # largest change of a joint by a push [rad]
+_PUSH = 0.1  # largest change of a joint by a push [rad]
 _LEVER = 0.05  # change of a margin by the self-motion, in its scale by rad, below which pushing is of little use
 _PUSHES = 40  # that may free a posture
 
 
 def followed(
-    arm: RedundantArm, path: Path, box: JointBox, q: FloatArray, drift: FloatArray, r: FloatArray
+    arm: RedundantArm,
+    path: Path,
+    box: JointBox,
+    q: FloatArray,
+    drift: FloatArray,
+    r: FloatArray,
+    rng: np.random.Generator | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Lead postures along a path inside the limits.
 
@@ -39,6 +45,8 @@ def followed(
         Joint rates dθ/dr that the self-motion follows as far as the task allows; zero for the least joint motion.
     r : array, shape (k,)
         Path parameters to pass, ascending.
+    rng : Generator, optional
+        What is caught by an arm's further constraints is replaced by; without one it is not.
 
     Returns
     -------
@@ -49,12 +57,14 @@ def followed(
 
     Notes
     -----
-    Of the arm's constraints the motions are kept clear by pushes of their self-motion. One that is caught goes on through.
+    Of an arm's further constraints the motions are kept clear by pushes of their self-motion. One that is caught, or
+    can go no further, goes on as a copy of one that is not, with another's drift, as long as there is one: go with the
+    winners (Aldous, Vazirani 1994). Without one they go on through.
     """
     motions = np.empty((len(q), len(r), arm.n))
     motions[:, 0] = q
     reached, going = np.full(len(q), r[0]), np.arange(len(q))
-    constrained, free = bool(getattr(arm, "constraints", ())), is_clear(arm, q)
+    constrained, free, drift = is_constrained(arm), is_clear(arm, q), drift.copy()
     for k in range(1, len(r)):
         motions[:, k] = motions[:, k - 1]
         wish = drift[going]
@@ -65,8 +75,13 @@ def followed(
         motions[going, k] = moved[ok]
         if constrained:
             free[going] &= is_clear(arm, moved[ok])
-        held = going[free[going]]
-        reached[held] = r[k]
+            alive = going[free[going]]
+            if rng is not None and 0 < len(alive) < len(q):
+                caught = np.setdiff1d(np.arange(len(q)), alive)
+                copied = rng.choice(alive, len(caught))
+                motions[caught, : k + 1], drift[caught] = motions[copied, : k + 1], drift[rng.permutation(caught)]
+                free[caught], going = True, np.arange(len(q))
+        reached[going[free[going]]] = r[k]
         if not len(going):
             motions[:, k:] = motions[:, k - 1 : k]
             break
@@ -141,6 +156,11 @@ def on_task(
         q = q + np.clip(limit, 0.0, 1.0)[:, None] * step
         wish = np.zeros_like(q)
     return q, np.asarray(arm.task_error(q, x) <= _ON_TASK * arm.reach)
+
+
+def is_constrained(arm: RedundantArm) -> bool:
+    """Return whether an arm has further constraints on postures."""
+    return bool(getattr(arm, "constraints", ()))
 
 
 def is_clear(arm: RedundantArm, q: FloatArray) -> BoolArray:

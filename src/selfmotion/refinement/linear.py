@@ -6,10 +6,10 @@ optimality conditions ``P d − Aᵀλ = c, A d = y`` with unknowns and multipli
 spline's coefficient meets its neighbours only. The first costs the cube of tasks times knots, the second the square of
 joints and tasks, times knots.
 
-*Soft rows* ``½ Σ w (g d(r_k))²`` may be added to P: the barrier's curvature at a collocation point, which couples joints
-and grows without bound. They stay out of P itself: with ``y = −w g d(r_k)`` they are rows of A with ``1/w`` on the diagonal
-of the multipliers, ``g d(r_k) + y/w = 0``, so that P remains one matrix per joint, and a large w is as harmless as the
-task, which is one whose w is infinite.
+*Soft rows* ``½ Σ w (g d(r_k))²`` may be added to P: the barrier's curvature at a collocation point, which couples
+joints and grows without bound. They stay out of P itself: with ``y = −w g d(r_k)`` they are rows of A with ``1/w`` on
+the diagonal of the multipliers, ``g d(r_k) + y/w = 0``, so that P remains one matrix per joint, and a large w is as
+harmless as the task, which is one whose w is infinite.
 """
 
 from __future__ import annotations
@@ -215,9 +215,10 @@ class BandedLinear(Linear):
         n, f, _ = self.matrices.shape
         tasks, values, width, band = self._jacobian.shape[1], self.problem.values, self._width, self._band
         ab = self._metric.copy(order="F")
-        rows_of_a = (
-            self._jacobian if self.soft is None else np.concatenate([self._jacobian, self.soft.gradients], axis=1)
-        )
+        rows_of_a = self._jacobian
+        if self.soft is not None:
+            there = self.soft.gradients * (self.soft.weights > 0)[:, :, None]
+            rows_of_a = np.concatenate([rows_of_a, there], axis=1)
         task, joint = np.arange(rows_of_a.shape[1])[:, None], np.arange(n)[None, :]
         for off in range(-DEGREE, DEGREE + 1):
             i = np.arange(max(0, -off), min(f, f - off))

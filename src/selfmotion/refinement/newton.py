@@ -9,6 +9,8 @@ It minimises ``gᵀd + ½ dᵀHd``, H being the Hessian of the Lagrangian ``φ �
 replaced by the primal-dual one (Wächter, Biegler 2006), by the conjugate gradients of Steihaug (1983) projected onto
 the tangents (Gould, Hribar, Nocedal 2001). The preconditioner P is H without the curvature of the task, plus the mass
 matrix, which makes it regular: one matrix per joint, coupled by the task alone (:mod:`selfmotion.refinement.linear`).
+Further constraints on postures, m(q) ≥ 0, enter φ at the collocation points by a relaxed barrier; their curvature,
+primal-dual too, is in H, and in P as soft rows (:mod:`selfmotion.refinement.walls`).
 What P leaves out is of order zero where P is of order two in d/dr; so the number of inner steps
 does not grow with the number of knots, and an iteration costs O(n). Densities with kinks have a part of their majorant
 added to H and P.
@@ -62,7 +64,7 @@ class Minimum(NamedTuple):
     iterations : int
     converged : bool
         Whether the Newton decrement is below what was asked for; else iterations or time ran out, nothing was gained
-        any more, or matrices became singular.
+        any more, a constraint on postures cannot be kept, or matrices became singular.
     """
 
     c: FloatArray
@@ -72,12 +74,13 @@ class Minimum(NamedTuple):
 
 
 class _Barrier:
-    """Distances of the unknowns to their limits, and the multipliers of the limits."""
+    """Distances of the unknowns to their limits, the multipliers of the limits, and the walls, if there are any."""
 
     def __init__(self, problem: Collocation, c: FloatArray, mu: float) -> None:
         self.lower, self.upper = problem.box.lower[:, None], problem.box.upper[:, None]
         finite = np.isfinite(np.stack([self.lower, self.upper]))
-        self.count = int(finite.sum()) * c.shape[1]
+        self.walls = Walls(problem, c, mu) if problem.constraints else None
+        self.count = int(finite.sum()) * c.shape[1] + (0 if self.walls is None else self.walls.count)
         self.z = np.where(finite, mu / self.distances(c), 0.0)
 
     def distances(self, c: FloatArray) -> FloatArray:
@@ -89,10 +92,11 @@ class _Barrier:
         a = self.distances(c)
         if not (a > 0).all():
             return np.inf
-        return -mu * float(np.log(a[np.isfinite(a)]).sum())
+        limits = -mu * float(np.log(a[np.isfinite(a)]).sum())
+        return limits if self.walls is None else limits + self.walls.value(c, mu)
 
     def gradient(self, c: FloatArray, mu: float) -> FloatArray:
-        """Return the derivative of :meth:`value`."""
+        """Return the derivative of :meth:`value`, without the walls."""
         a = mu / self.distances(c)
         return np.asarray(a[1] - a[0])
 
@@ -106,8 +110,19 @@ class _Barrier:
         with np.errstate(divide="ignore", invalid="ignore"):
             return float(np.where(speed > 0, self.distances(c) / speed, np.inf).min())
 
-    def advance(self, c: FloatArray, d: FloatArray, after: FloatArray, mu: float) -> None:
+    def part(self, c: FloatArray, d: FloatArray, wall: Wall | None, mu: float) -> float:
+        """Return what part of a step d may be gone, at most all of it."""
+        part = min(1.0, _TO_LIMIT * self.room(c, d))
+        return part if self.walls is None or wall is None else min(part, self.walls.room(wall, c, d, mu))
+
+    def is_stuck(self, wall: Wall | None, mu: float) -> bool:
+        """Return whether a constraint on postures cannot be kept."""
+        return self.walls is not None and wall is not None and self.walls.is_stuck(wall, mu)
+
+    def advance(self, c: FloatArray, d: FloatArray, after: FloatArray, wall: Wall | None, mu: float) -> None:
         """Move the multipliers along with a step d from c to `after`."""
+        if self.walls is not None and wall is not None:
+            self.walls.advance(wall, d, after, mu)
         a = self.distances(c)
         change = mu / a - self.z - self.z / a * np.stack([d, -d])
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -120,7 +135,7 @@ class _Barrier:
 class _Iterate:
     """The quadratic model of φ on the motions that keep the task, at c."""
 
-    def __init__(self, problem: Collocation, barrier: _Barrier, walls: Walls | None, c: FloatArray, mu: float) -> None:
+    def __init__(self, problem: Collocation, barrier: _Barrier, c: FloatArray, mu: float) -> None:
         self.problem = problem
         self._density = problem.density(c)
         # Beside a kink the density is all but linear: Newton's steps would be far too long there.
@@ -128,7 +143,7 @@ class _Iterate:
         self._limits = barrier.curvature(c)
         self._q = problem.postures(c)
         stiff = problem.stiffness(self._density.diagonal + self._damping, _MASS * float(problem.weights.max()))
-        self.wall: Wall | None = None if walls is None else walls.at(self._q, mu)
+        self.wall = None if barrier.walls is None else barrier.walls.at(self._q, mu)
         soft = None if self.wall is None else self.wall.soft
         self.linear = linear_at(problem, self._q, _with_diagonal(stiff, self._limits), soft)
         slope = problem.gradient(self._density) + barrier.gradient(c, mu)
@@ -191,7 +206,8 @@ def minimise(
     ----------
     problem : Collocation
     coefficients : array, shape (n, m)
-        Spline to start from. It need keep neither task nor limits; it is moved to both first.
+        Spline to start from. It need keep neither task nor limits; it is moved to both first. Nor need it keep further
+        constraints.
     tolerance : float
         Part of the cost by which the answer may exceed the local minimum of the discretised problem.
     mu : float
@@ -204,42 +220,34 @@ def minimise(
     Returns
     -------
     Minimum or None
-        None if no motion near the given one keeps task and limits.
+        None if no motion near the given one keeps task, limits and further constraints at the collocation points.
     """
     c = _to_task(problem, _inside(problem, problem.unknowns(coefficients)), mu)
     if c is None:
         return None
     barrier = _Barrier(problem, c, mu)
-    walls = Walls(problem, c, mu) if problem.constraints else None
-    count = barrier.count + (0 if walls is None else walls.count)
     floor = tolerance * max(problem.cost(c), 1e-300)
-    least = floor / count if count else mu
+    least = floor / barrier.count if barrier.count else mu
     radius, iteration, converged = 1.0, 0, False
     while iteration < most and time.perf_counter() < deadline:
         try:
-            iterate = _Iterate(problem, barrier, walls, c, mu)
+            iterate = _Iterate(problem, barrier, c, mu)
         except np.linalg.LinAlgError:  # beyond what doubles can tell apart: the last motion stands
             break
-        if iterate.decrement <= max(floor, 0.1 * mu if count else 0.0):
+        if iterate.decrement <= max(floor, 0.1 * mu if barrier.count else 0.0):
             converged = mu <= least
-            if converged or (walls is not None and walls.stuck(iterate.wall, mu)):
+            if converged or barrier.is_stuck(iterate.wall, mu):
                 break
             mu = max(_SHRINK * mu, least)
             continue
         iteration += 1
         step, at_edge = iterate.step(radius)
-        step *= min(1.0, _TO_LIMIT * barrier.room(c, step))
-        if walls is not None and iterate.wall is not None:
-            step *= min(1.0, walls.room(iterate.wall, step, mu))
+        step *= barrier.part(c, step, iterate.wall, mu)
         before, promised = problem.cost(c) + barrier.value(c, mu), iterate.promised(step)
         after = _carried(problem, iterate.linear, c + step)
         gained = -np.inf if after is None else before - problem.cost(after) - barrier.value(after, mu)
-        if walls is not None and after is not None:
-            gained += walls.value(c, mu) - walls.value(after, mu)
         if after is not None and (gained > _ACCEPT * promised or abs(gained) <= _NOISE * abs(before)):
-            barrier.advance(c, step, after, mu)
-            if walls is not None and iterate.wall is not None:
-                walls.advance(iterate.wall, step, after, mu)
+            barrier.advance(c, step, after, iterate.wall, mu)
             c = after
             if at_edge and gained > _GOOD * promised:
                 radius *= _GROW
@@ -249,9 +257,8 @@ def minimise(
             radius = _AFTER_FAILURE * min(radius, np.sqrt(iterate.linear.product(step, step)))
             if radius < _STUCK:
                 break
-    if walls is not None and walls.broken(c):
-        return None
-    return Minimum(c, problem.cost(c), iteration, converged)
+    broken = barrier.walls is not None and barrier.walls.broken(c)
+    return None if broken else Minimum(c, problem.cost(c), iteration, converged)
 
 
 def _with_diagonal(matrices: FloatArray, diagonal: FloatArray) -> FloatArray:

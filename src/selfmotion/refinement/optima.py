@@ -38,13 +38,13 @@ _ROUGH = 1e-6  # correction [rad] of spans that are bisected, or those corrected
 _DIPS = 0.3  # of the tolerance: dips below the arm's constraints, in their scales, whose spans are bisected
 _SHIFTS = 8  # times that constraints are shifted by what motions dip below them …
 _MORE = 1.1  # … times this …
-_A_LITTLE = 3e-7  # … and by so much more of their scale
+_A_LITTLE = 1e-7  # … and by so much more of their scale
 _MOST_SHIFTED = 60  # iterations after a shift
 _COARSE_TOLERANCE = 1e-7  # of Newton's method on the coarse level
 _REFINED = 3  # optima that are refined to the end, at most, once one of them holds or time is up
 _CAUTION = 10.0  # times as much as refinement changed one cost it may change another
 _CAUTION_WITH_KINKS = 0.3  # what rounding off a kink changes, it changes of all costs alike
-_COLD, _WARM = 1e-2, 1e-5  # first weight of the barrier, far from an optimum and near it
+_COLD, _WARM, _HOT = 1e-2, 1e-5, 1e-7  # first weight of the barrier, far from an optimum, near it and all but there
 _MOST_FINE = 100  # iterations on a finer level
 _LEAST_WITH_KINKS = 1e-5  # tolerance that is worth its time for objectives with kinks
 # Two optima are one if their costs agree to this part and their joints to this angle [rad].
@@ -261,9 +261,9 @@ class Optima:
             deep = spread(collocation, optimum.dips)
             if not deep.any():
                 break
-            shift = shift + np.where(deep > 0, _MORE * deep + _A_LITTLE, 0.0)
+            shift = shift + _MORE * deep + _A_LITTLE  # everywhere: else what is pressed down here comes up there
             shifted = collocation.shifted(shift)
-            minimum = minimise(shifted, optimum.coefficients, tolerance, _WARM, _MOST_SHIFTED)
+            minimum = minimise(shifted, optimum.coefficients, tolerance, _HOT, _MOST_SHIFTED)
             if minimum is None:
                 break
             self.iterations += minimum.iterations

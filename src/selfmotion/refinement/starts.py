@@ -12,7 +12,7 @@ from selfmotion.angles import TAU, nearest_turn
 from selfmotion.arms import JointBox, JointLimits
 from selfmotion.paths import Reversed
 from selfmotion.problem import ANGLE, Posture, Problem
-from selfmotion.refinement.follow import followed, freed, on_task
+from selfmotion.refinement.follow import followed, freed, is_constrained, on_task
 from selfmotion.refinement.spline import Ends
 
 _STEPS = 200
@@ -183,7 +183,7 @@ def _pool(
     arm, backward = problem.arm, bool(ends and not starts)
     path = Reversed(problem.path) if backward else problem.path
     near = ends if backward else starts
-    constrained = bool(getattr(arm, "constraints", ()))
+    constrained = is_constrained(arm)
     given = (
         np.array([near[k % len(near)] for k in range(count)])
         if near
@@ -201,7 +201,7 @@ def _pool(
     if first:
         drift[: max(len(near), 1)] = 0.0
     r = np.linspace(0.0, 1.0, _STEPS + 1)
-    motions, reached = followed(arm, path, box, seeds, drift, r)
+    motions, reached = followed(arm, path, box, seeds, drift, r, rng)
     for q, part, posture in zip(motions, reached, given, strict=True):
         if backward:
             yield _with_ends(problem, box, r, q[::-1], float(part), None, posture)

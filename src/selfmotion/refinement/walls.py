@@ -4,8 +4,13 @@ An arm's ``constraints`` say of postures by how much they hold, m(q) ≥ 0. At e
 
     μ b(m),    b(m) = −log m for m > δ,    b(m) = ½ ((m − 2δ)²/δ² − 1) − log δ below
 
-to φ (Hauser, Saccon 2006): twice continuously differentiable and finite everywhere, so that a start may break a constraint
-and is pushed out. δ shrinks with μ, and faster at first, so that what is left of a breach goes to zero as well.
+to φ (Hauser, Saccon 2006): twice continuously differentiable and finite everywhere, so that a start may break a
+constraint and is pushed out. δ shrinks with μ, so that what is left of a breach goes to zero too.
+
+Inside, the Hessian has the primal-dual weight z/m in the place of μ/m² (Wächter, Biegler 2006), below δ its own μ/δ²,
+and ``−Σ z ∇²m`` by differences of the gradients. As μ → 0 the weights of what the motion touches grow without bound:
+these rows are in the metric too, as soft rows (:mod:`selfmotion.refinement.linear`), so that the number of inner steps
+does not grow with them.
 """
 
 from __future__ import annotations
@@ -19,8 +24,9 @@ from selfmotion.refinement.collocation import Collocation
 from selfmotion.refinement.linear import SoftRows
 
 _FIRM = 1e2  # most of μ/δ: multipliers up to twice that leave no breach, and greater ones one of the order of δ
-_FIRM_AT_FIRST = 10.0  # times √μ of the same, so that a start that breaks much is not pushed beyond all bounds
+_FIRM_AT_FIRST = 0.1  # by √μ: the same for starts that break a constraint, by so much perhaps that the push is too hard
 _TO_WALL = 0.99  # part of the way to where a margin vanishes that one step may go, to first order
+_LOOK, _MOST_LOOKS = 0.05, 8  # changes of a joint [rad] between looks on the way of a step, and how many there are
 _MULTIPLIER = 1e8  # times that multipliers may be off their central values, as those of limits
 _SOFT_ROWS = 3  # margins of a point that enter the metric; they are few that matter at once
 _FELT = 0.1  # part of the mass matrix below which a margin's curvature need not be in the metric
@@ -28,11 +34,6 @@ _PULLS = 1e-3  # part of the strongest pull below which a point's margins count 
 _BROKEN = 1e-4  # of a margin's scale: breaches that are no matter of rounding or of a last step
 _STUCK = 100.0  # times δ: breaches whose pull is so much greater than that of margins that hold
 _STEP = 1e-6  # of the difference that curvatures of margins are taken by [rad]
-
-
-def firmness(mu: float) -> float:
-    """Return the δ of a barrier of weight μ."""
-    return mu / min(_FIRM, max(1.0, 0.1 / np.sqrt(mu)))
 
 
 class Wall(NamedTuple):
@@ -68,50 +69,73 @@ class Walls:
 
     def __init__(self, problem: Collocation, c: FloatArray, mu: float) -> None:
         self.problem = problem
-        margins = problem.margins(problem.postures(c))
+        margins = self._margins(c)
         self.count = margins.size
-        self.z = _force(margins, mu)
+        self._gentle = bool((margins < 0.0).any())
+        self.z = self._force(margins, mu)
+
+    def relaxed_below(self, mu: float) -> float:
+        """Return the δ of a barrier of weight μ."""
+        # Through a wide δ a clear motion could slip across what is thin; one that is not clear is to be led out gently.
+        return mu / (min(_FIRM, max(1.0, _FIRM_AT_FIRST / np.sqrt(mu))) if self._gentle else _FIRM)
 
     def value(self, c: FloatArray, mu: float) -> float:
         """Return the barrier at c."""
-        if not self.count:
-            return 0.0
-        m, delta = self.problem.margins(self.problem.postures(c)), firmness(mu)
+        m, delta = self._margins(c), self.relaxed_below(mu)
         below = 0.5 * (np.square(m / delta - 2.0) - 1.0) - np.log(delta)
         return mu * float(np.where(m > delta, -np.log(np.maximum(m, delta)), below).sum())
 
     def at(self, q: FloatArray, mu: float) -> Wall:
         """Return the model about postures q (k, n)."""
-        m, gradients = self.problem.margins(q), self.problem.slopes_of_margins(q)
-        pull = np.einsum("km,kmn->kn", _force(m, mu), gradients)
+        m, gradients = self.problem.margin_gradients(q)
+        m -= self.problem.shift
+        pull = np.einsum("km,kmn->kn", self._force(m, mu), gradients)
         weights = self._weights(m, mu)
         curvature = np.einsum("km,kma,kmb->kab", weights, gradients, gradients) - self._bend(q, gradients, pull)
         return Wall(m, gradients, pull, curvature, self._soft(weights, gradients))
 
-    def room(self, wall: Wall, d: FloatArray, mu: float) -> float:
-        """Return the part of the step d that no margin vanishes along, to first order."""
-        speed = -self._along(wall, d)
+    def room(self, wall: Wall, c: FloatArray, d: FloatArray, mu: float) -> float:
+        """Return the part of a step d from c, at most all of it, that stays clear of what it is clear of now.
+
+        To first order, and as far as looks on the way tell: a step may be longer than an obstacle is thick.
+        """
+        speed, clear = -self._along(wall, d), wall.margins > self.relaxed_below(mu)
         with np.errstate(divide="ignore", invalid="ignore"):
-            room = np.where((speed > 0) & (wall.margins > firmness(mu)), wall.margins / speed, np.inf)
-        return _TO_WALL * float(room.min(initial=np.inf))
+            to_wall = np.where((speed > 0) & clear, wall.margins / speed, np.inf)
+        part = min(1.0, _TO_WALL * float(to_wall.min(initial=np.inf)))
+        boldest = float(np.abs(self.problem.values @ d.T).max(initial=0.0)) * part
+        looks = min(int(boldest / _LOOK), _MOST_LOOKS)
+        for look in range(1, looks + 1):
+            if (self._margins(c + part * look / (looks + 1) * d)[clear] <= 0.0).any():
+                return part * (look - 0.5) / (looks + 1)
+        return part
 
     def advance(self, wall: Wall, d: FloatArray, after: FloatArray, mu: float) -> None:
         """Move the multipliers along with a step d to the unknowns `after`."""
-        m = np.maximum(wall.margins, firmness(mu))
-        change = _force(wall.margins, mu) - self.z - self.z / m * self._along(wall, d)
+        m = np.maximum(wall.margins, self.relaxed_below(mu))
+        change = self._force(wall.margins, mu) - self.z - self.z / m * self._along(wall, d)
         with np.errstate(divide="ignore", invalid="ignore"):
             room = np.where(change < 0, -self.z / change, np.inf).min(initial=np.inf)
         self.z += min(1.0, _TO_WALL * room) * change
-        centred = _force(self.problem.margins(self.problem.postures(after)), mu)
+        centred = self._force(self._margins(after), mu)
         self.z = np.clip(self.z, centred / _MULTIPLIER, centred * _MULTIPLIER)
 
     def broken(self, c: FloatArray) -> bool:
         """Return whether a constraint is broken by more than finer knots could mend."""
-        return bool((self.problem.margins(self.problem.postures(c)) < -_BROKEN).any())
+        return bool((self._margins(c) < -_BROKEN).any())
 
-    def stuck(self, wall: Wall, mu: float) -> bool:
-        """Return whether the minimum for this μ breaks a constraint although all that could be is done about it."""
-        return bool((wall.margins < -max(_STUCK * firmness(mu), _BROKEN)).any())
+    def is_stuck(self, wall: Wall, mu: float) -> bool:
+        """Return whether the minimum for a weight μ breaks a constraint although it is pulled at as hard as can be."""
+        return bool((wall.margins < -max(_STUCK * self.relaxed_below(mu), _BROKEN)).any())
+
+    def _force(self, m: FloatArray, mu: float) -> FloatArray:
+        """Return minus the barrier's derivative by the margins."""
+        delta = self.relaxed_below(mu)
+        return np.where(m > delta, mu / np.maximum(m, delta), mu * (2.0 * delta - m) / delta**2)
+
+    def _margins(self, c: FloatArray) -> FloatArray:
+        """Return by how much the margins at the collocation points exceed the shift, shape (k, m)."""
+        return self.problem.margins(self.problem.postures(c)) - self.problem.shift
 
     def _along(self, wall: Wall, d: FloatArray) -> FloatArray:
         """Return how margins change along d, shape (k, m)."""
@@ -119,7 +143,7 @@ class Walls:
 
     def _weights(self, m: FloatArray, mu: float) -> FloatArray:
         """Return the second derivatives by the margins, shape (k, m): primal-dual, but where the barrier is relaxed."""
-        delta = firmness(mu)
+        delta = self.relaxed_below(mu)
         return np.where(m > delta, self.z / np.maximum(m, delta), mu / delta**2)
 
     def _bend(self, q: FloatArray, gradients: FloatArray, pull: FloatArray) -> FloatArray:
@@ -130,7 +154,7 @@ class Walls:
         felt = np.flatnonzero(strength > _PULLS * strength.max(initial=0.0))
         if len(felt):
             near = (q[felt, None, :] + _STEP * np.eye(n)).reshape(-1, n)
-            there = self.problem.slopes_of_margins(near).reshape(len(felt), n, -1, n)
+            there = self.problem.margin_gradients(near)[1].reshape(len(felt), n, -1, n)
             found = np.einsum("km,kjmn->kjn", self.z[felt], there - gradients[felt][:, None]) / _STEP
             bend[felt] = 0.5 * (found + np.swapaxes(found, 1, 2))
         return bend
@@ -142,11 +166,5 @@ class Walls:
         most = min(_SOFT_ROWS, int(needed.sum(axis=1).max(initial=0)))
         chosen = np.argsort(-felt, axis=1, kind="stable")[:, :most]
         matters = np.take_along_axis(needed, chosen, axis=1)
-        rows = np.take_along_axis(gradients, chosen[:, :, None], axis=1) * matters[:, :, None]
+        rows = np.take_along_axis(gradients, chosen[:, :, None], axis=1)
         return SoftRows(rows, np.where(matters, np.take_along_axis(weights, chosen, axis=1), 0.0))
-
-
-def _force(m: FloatArray, mu: float) -> FloatArray:
-    """Return minus the barrier's derivative by the margins."""
-    delta = firmness(mu)
-    return np.where(m > delta, mu / np.maximum(m, delta), mu * (2.0 * delta - m) / delta**2)

@@ -308,6 +308,6 @@ def verdicts(
             if left < -move - slack:
                 state[k], by[k] = -1, p
                 break
-            if state[k] == 1 and left + forgiven <= move:
-                if not keeps_clear(shapes, pairs, p, points[k], half[k], rest[k], left, forgiven, normal, at):
-                    state[k], by[k] = 0, p
+            near = state[k] == 1 and left + forgiven <= move
+            if near and not keeps_clear(shapes, pairs, p, points[k], half[k], rest[k], left, forgiven, normal, at):
+                state[k], by[k] = 0, p

@@ -243,8 +243,8 @@ def _levers(
     """Return the levers, shape (c, 2, n).
 
     Where an end is, seen from the frame of joint j, is enclosed for all positions of the joints farther out: by a
-    cylinder about the axis, ``√(x² + y²) ≤ around`` and ``low ≤ z ≤ high``, and by a ball, ``|p| ≤ far``. Both are taken
-    from one frame to the next, outermost first; a joint that turns leaves them as they are.
+    cylinder about the axis, ``√(x² + y²) ≤ around`` and ``low ≤ z ≤ high``, and by a ball, ``|p| ≤ far``. Both are
+    taken from one frame to the next, outermost first; a joint that turns leaves them as they are.
     """
     n = len(turns) - 1
     points = ends.reshape(-1, 3)
