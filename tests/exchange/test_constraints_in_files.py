@@ -105,7 +105,7 @@ def test_a_plan_in_space_comes_back_equal():
 def test_a_study_s_runs_keep_clear(seed_file, tmp_path):
     planner = {"kind": "global", "gap": 0.05}
     seed_file("case.json", arm=THICK, planner=planner, **ASKED)
-    (tmp_path / "study.yaml").write_text("problems: {files: [case.json]}\n")
+    (tmp_path / "study.yaml").write_text("study: clear\nproblems: {files: [case.json]}\n")
     _, (run,), _ = read_study(str(tmp_path / "study.yaml"))
     result = planned(run.specification)
     assert result["status"] == "solved"

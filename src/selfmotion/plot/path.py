@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from selfmotion.arms import PlanarArm
-from selfmotion.constrained import unconstrained
 from selfmotion.plans import Plan
 from selfmotion.plot.plane import BEHIND_TEXT, draw_base, draw_chain, draw_circle, frame
 from selfmotion.plot.style import COLORS, GREY, INK, shades
@@ -54,9 +53,8 @@ def draw_postures(axes: Axes, plan: Plan) -> None:
     draw_base(axes)
     frame(axes, np.vstack([points.reshape(-1, 2), plan.problem.path(np.linspace(0, 1, 201))]))
     title = "postures from light to dark"
-    arm = unconstrained(plan.problem.arm)
-    if isinstance(arm, PlanarArm):
-        center, _, outer = arm.annulus
+    if isinstance(plan.problem.arm, PlanarArm):
+        center, _, outer = plan.problem.arm.annulus
         corners = np.stack(np.meshgrid(axes.get_xlim(), axes.get_ylim()), axis=-1) - center
         if np.hypot(*corners.T).max() > outer:  # else nothing of it would be seen
             draw_circle(axes, center, outer, color=GREY, linestyle=":")

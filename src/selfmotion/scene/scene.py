@@ -161,7 +161,9 @@ class Scene:
         nearest = float(each.min(initial=np.inf)) + self.clearance
         if nearest <= 2.0 * self.scale:  # links and obstacles in reach are no farther apart
             return None
-        return f"no obstacle is in reach, the nearest being {nearest:.6g} from the arm: are their units those of the arm?"
+        return (
+            f"no obstacle is in reach, the nearest being {nearest:.6g} from the arm: are their units those of the arm?"
+        )
 
     def _points(self, q: FloatArray) -> FloatArray:
         points = np.empty((len(q), len(self.links.frame), 2, 3))

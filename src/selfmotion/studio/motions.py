@@ -14,7 +14,6 @@ from selfmotion.arms import PlanarArm, RedundantArm
 from selfmotion.arms.protocols import length_unit, u_period
 from selfmotion.certificate.result import TubeSlice
 from selfmotion.certificate.verdict import verdict
-from selfmotion.constrained import unconstrained
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.plan_file import plan_bytes
 from selfmotion.motion import Motion
@@ -227,7 +226,6 @@ class Judged(NamedTuple):
 
 def _solved(arm: RedundantArm, x: FloatArray, u: FloatArray, branch: int) -> tuple[FloatArray, FloatArray]:
     """Return postures, and how far inside reach they are: not negative where there is one."""
-    arm = unconstrained(arm)
     if isinstance(arm, PlanarArm):
         q, margin = arm.solve_with_margin(x, u, branch)
         return q, np.where(margin >= -_ROUNDING * arm.reach, np.maximum(margin, 0.0), margin)
@@ -273,11 +271,7 @@ def _out_of_reach(arm: RedundantArm, r: FloatArray, reach: FloatArray) -> list[W
     for a, b in _stretches(reach < 0.0):
         short = -float(reach[a : b + 1].min())
         by = f" by {short:.3g}{'' if unit is None else f' {unit}'}" if np.isfinite(short) else ""
-        text = (
-            f"the first two links do not reach{by}"
-            if isinstance(unconstrained(arm), PlanarArm)
-            else "there is no such posture"
-        )
+        text = f"the first two links do not reach{by}" if isinstance(arm, PlanarArm) else "there is no such posture"
         found.append(Wrong(_ends(r, reach, a, b), "reach", None, finite(short), text))
     return found
 

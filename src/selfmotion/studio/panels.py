@@ -12,7 +12,6 @@ from selfmotion._types import FloatArray, IntArray
 from selfmotion.angles import TAU, nearest_turn
 from selfmotion.arms import Cause, PlanarArm
 from selfmotion.arms.protocols import u_period
-from selfmotion.constrained import unconstrained
 from selfmotion.domain import Event, Run, SampledDomain, angle_domain
 from selfmotion.domain.sampled import LOOKS, followed
 from selfmotion.domain.strips import Strip, strips
@@ -139,7 +138,7 @@ def _panel(
     parts = [(strip.r, low, high) for strip in shown for low, high in window.copies(strip) if (high > low).any()]
     edges = [(min(causes, key=order), r, u) for causes, r, u in window.boundary([s for s in shown if any(s.causes)])]
     values = [column for _, low, high in parts for column in (low, high)] + [u[np.isfinite(u)] for _, _, u in edges]
-    named = f"{names[branch]} elbow" if isinstance(unconstrained(problem.arm), PlanarArm) else names[branch]
+    named = f"{names[branch]} elbow" if isinstance(problem.arm, PlanarArm) else names[branch]
     period = window.center - np.pi, window.center + np.pi
     return {
         "branch": branch,

@@ -10,7 +10,6 @@ from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms import PlanarArm
 from selfmotion.arms.protocols import length_unit, u_period
-from selfmotion.constrained import unconstrained
 from selfmotion.domain import out_of_reach
 from selfmotion.domain.angle_domain import blocked_stretches, stretches
 from selfmotion.errors import Blocked
@@ -46,7 +45,7 @@ def scene(problem: Problem, data: dict[str, Any], settled: bool = True) -> dict[
     settled : bool
         False while something is dragged: then what is blocked is looked for at fewer places.
     """
-    arm, path = unconstrained(problem.arm), problem.path
+    arm, path = problem.arm, problem.path
     return {
         "dimension": PLANE if arm.dimension == PLANE else SPACE,
         "n": arm.n,
