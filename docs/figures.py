@@ -35,7 +35,7 @@ def write_flows(folder: Path):
 
 
 def write_ten_minutes(folder: Path):
-    """Write the pictures of the pages on the angle domain and on obstacles, unless neither they nor the package changed."""
+    """Write the pictures of the pages on the domain and on obstacles, unless neither they nor the package changed."""
     folder.mkdir(exist_ok=True)
     key = folder / "ten-minutes.key"
     if key.exists() and key.read_text() == digest(Path(__file__)):

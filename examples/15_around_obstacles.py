@@ -1,8 +1,8 @@
 """Keep clear of obstacles.
 
-The seed's arm with links two wide, among three posts, one unit away from each of them. Nothing is sampled away: parts of
-the self-motion are surely free, surely blocked or undecided, so the bound holds for every motion that keeps clear, and the
-plan keeps clear between its samples too. With a fourth post on the path there is no motion, and it is said why.
+The seed's arm with links two wide, among three posts, one unit away from each of them. Nothing is sampled away: parts
+of the self-motion are surely free, surely blocked or undecided, so the bound holds for every motion that keeps clear,
+and the plan keeps clear between its samples too. With a fourth post on the path there is no motion, and it is said why.
 """
 
 import sys

@@ -33,8 +33,8 @@ _CLEAR = 1e-6  # part of its scale to which a constraint that was broken is kept
 def on_path(problem: Problem, r: FloatArray, q: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Move postures to the nearest ones that do their task inside the limits, by Newton's method.
 
-    A posture that breaks a constraint beyond joint limits is moved, by the shortest way to first order, to where its worst
-    margin is kept.
+    A posture that breaks a constraint beyond joint limits is moved, by the shortest way to first order, to where its
+    worst margin is kept.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def on_path(problem: Problem, r: FloatArray, q: FloatArray) -> tuple[FloatArray,
 def _rows_to_meet(
     arm: RedundantArm, lack: FloatArray, jacobian: FloatArray, q: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return what postures (k, n) lack of their task, with a row for each constraint, and the derivatives by the joints.
+    """Return what postures (k, n) lack of their task, with a row for each constraint, and derivatives by the joints.
 
     A row says what the worst margin lacks, in the size of lengths; zero where the constraint is kept.
     """
