@@ -201,7 +201,7 @@ def _kept(arm: RedundantArm, q: FloatArray) -> list[FloatArray]:
     """Return the runs of postures (k, n) along a self-motion that keep the arm's constraints beyond joint limits."""
     kept = keeps_constraints(arm, q)
     cuts = np.flatnonzero(np.diff(kept)) + 1
-    return [run for run, first in zip(np.split(q, cuts), [0, *cuts], strict=True) if kept[first]]
+    return [run for run, first in zip(np.split(q, cuts), [0, *cuts], strict=True) if kept[first : first + 1].any()]
 
 
 def _lifted(arm: RedundantArm, q: FloatArray, given: list[FloatArray]) -> list[FloatArray]:
