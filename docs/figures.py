@@ -10,6 +10,7 @@ from selfmotion.optimizers import OPTIMIZERS, AskTell
 from selfmotion.plot import (
     draw_domain,
     draw_flow,
+    draw_postures,
     draw_sampled_joints,
     draw_samples,
     draw_sweep,
@@ -34,7 +35,7 @@ def write_flows(folder: Path):
 
 
 def write_ten_minutes(folder: Path):
-    """Write the pictures of the page on the angle domain, unless neither they nor the package changed."""
+    """Write the pictures of the pages on the domain and on obstacles, unless neither they nor the package changed."""
     folder.mkdir(exist_ok=True)
     key = folder / "ten-minutes.key"
     if key.exists() and key.read_text() == digest(Path(__file__)):
@@ -85,12 +86,23 @@ def _plan(axes):
     draw_domain(axes, sm.angle_domain(arm, PATH), 0, {"the plan": (r, plan.u(r)[:, 0])}, causes=True)
 
 
+def _around(*panels):
+    arm = sm.PlanarArm([30, 30, 20], [None, (0, np.pi), None], thickness=2)
+    posts = [sm.CircleObstacle([28, -22], 4), sm.CircleObstacle([20, 30], 5), sm.CircleObstacle([40, 24], 4)]
+    among = sm.Problem(arm, PATH, obstacles=posts, clearance=1.0)
+    for axes, problem in zip(panels, (sm.Problem(arm, PATH), among), strict=True):
+        plan = sm.plan(problem, sm.Global(gap=1e-2))
+        draw_postures(axes, sm.Plan(among, plan.motion, plan.planner, {}))
+        axes.set_title(f"cost {plan.cost:.4f}")
+
+
 TEN_MINUTES = {
     "postures_at_a_point": (_postures, {"width": 7.0, "height": 3.0, "columns": 2}),
     "domain_free": (_free, {"width": 7.0, "height": 3.0}),
     "domain_events": (_events, {"width": 7.0, "height": 3.8, "columns": 2}),
     "repair": (_repair, {"width": 7.0, "height": 5.6, "columns": 2, "rows": 2}),
     "domain_with_plan": (_plan, {"width": 7.0, "height": 3.0}),
+    "around_obstacles": (_around, {"width": 7.0, "height": 3.6, "columns": 2}),
 }
 """Name to what draws it, on as many Axes as its size says."""
 

@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike
 
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.angles import wrap
+from selfmotion.constrained import constraints_of
+from selfmotion.constrained.between import not_clear
 from selfmotion.errors import InvalidInputError
 from selfmotion.judgement import Tolerances, measured
 from selfmotion.problem import Problem
@@ -29,15 +31,20 @@ class Break:
         Data row, counted from 1; for a step the row before it.
     r : float
     kind : str
-        Of a row: ``"off the path"``, ``"outside a limit"``, ``"wrong elbow"``. Of the step from this row to the next:
+        Of a row: ``"off the path"``, ``"outside a limit"``, ``"forbidden"`` (by a further constraint, such as an
+        obstacle), ``"wrong elbow"``. Of the step from this row to the next:
         ``"whole turn"``, ``"changes branch"``, ``"another part"`` (of the self-motion, to which none leads),
-        ``"jumps"`` (along one and the same part), ``"too coarse"`` (the tool leaves the path between the rows).
+        ``"jumps"`` (along one and the same part), ``"too coarse"`` (the tool leaves the path between the rows),
+        ``"not clear"`` (a further constraint is not surely kept between the rows, the joints on straight lines).
     size : float
-        Distance from the path (in the unit of length), overrun of the limit, or largest joint step, in the unit.
+        Distance from the path (in the unit of length), overrun of the limit, what a further constraint lacks, or the
+        largest joint step, in the unit.
     joint : int or None
         Joint concerned, counted from 1.
     unit : str
         Of overruns and steps: ``"rad"``, or ``"m"`` of a joint that slides.
+    cause : str
+        Of what is forbidden, in words, such as ``"link 3 against obstacle 2"``.
     """
 
     row: int
@@ -46,6 +53,7 @@ class Break:
     size: float
     joint: int | None = None
     unit: str = "rad"
+    cause: str = ""
 
     @property
     def is_step(self) -> bool:
@@ -55,19 +63,21 @@ class Break:
     def __str__(self) -> str:
         where = f"data row {self.row}, r = {self.r:.6g}"
         joint = "" if self.joint is None else f"joint {self.joint} "
-        return f"{where}: {_WORDS[self.kind].format(joint=joint, size=self.size, unit=self.unit)}"
+        return f"{where}: {_WORDS[self.kind].format(joint=joint, size=self.size, unit=self.unit, cause=self.cause)}"
 
 
-_ROW_KINDS = ("off the path", "outside a limit", "wrong elbow")
+_ROW_KINDS = ("off the path", "outside a limit", "forbidden", "wrong elbow")
 _WORDS = {
     "off the path": "the tool misses the path by {size:.3g}",
     "outside a limit": "{joint}is {size:.3g} {unit} outside its limits",
+    "forbidden": "{cause} lacks {size:.3g} of what is asked for",
     "wrong elbow": "the elbow is not the one asked for",
     "whole turn": "{joint}jumps by a whole turn to the next row",
     "changes branch": "the elbow changes without passing a fold, {joint}by {size:.3g} {unit}",
     "another part": "the next row lies on another connected part of the self-motion, {joint}jumps by {size:.3g} {unit}",
     "jumps": "{joint}jumps by {size:.3g} {unit} along the self-motion",
     "too coarse": "the tool leaves the path by {size:.3g} before the next row",
+    "not clear": "what is asked for beyond limits is not surely kept on the straight way to the next row",
 }
 
 
@@ -136,25 +146,39 @@ def connectivity(problem: Problem, r: ArrayLike, q: ArrayLike, tolerances: Toler
     wrong = np.zeros(len(r), bool)
     if problem.elbow != "any":
         wrong = ~arm.is_on_branch(q, problem.elbow, _AT_FOLD)
-    bad = off | outside | wrong
+    lacking = [np.zeros(len(r))] + [-c.margins(q).min(axis=1) - c.tolerance for c in constraints_of(arm)]
+    lack, by = np.max(lacking, axis=0), np.argmax(lacking, axis=0)
+    forbidden = lack > 0.0
+    bad = off | outside | forbidden | wrong
     good = ~bad[1:] & ~bad[:-1]
     jumps = good & motion.jumps
     coarse = good & ~jumps & motion.coarse
     breaks = []
     for k in np.flatnonzero(bad).tolist():
         joint = int(np.argmax(excess[k]))
-        kind = "off the path" if off[k] else "outside a limit" if outside[k] else "wrong elbow"
+        kind = _kind_of_row(off[k], outside[k], forbidden[k])
         size = float(miss[k] if off[k] else excess[k, joint])
         found = Break(k + 1, float(r[k]), kind, size)
         if kind == "outside a limit":
             found = replace(found, joint=joint + 1, unit=arm.limits.units[joint])
+        if kind == "forbidden":
+            constraint = constraints_of(arm)[by[k] - 1]
+            worst = constraint.margins(q[k : k + 1])[0]
+            found = replace(found, size=-float(worst.min()), cause=constraint.cause(int(worst.argmin())))
         breaks.append(found)
     for k in np.flatnonzero(jumps).tolist():
         joint = int(np.argmax(steps[k]))
         size, unit = float(steps[k, joint]), arm.limits.units[joint]
         breaks.append(Break(k + 1, float(r[k]), _why(problem, r, q, k), size, joint + 1, unit))
     breaks += [Break(int(k) + 1, float(r[k]), "too coarse", float(between[k])) for k in np.flatnonzero(coarse)]
-    return Connectivity(tuple(sorted(breaks, key=lambda found: found.row)), bad, jumps | coarse | ~good)
+    near = good & ~jumps & ~coarse & not_clear(arm, q)
+    breaks += [Break(int(k) + 1, float(r[k]), "not clear", float(steps[k].max())) for k in np.flatnonzero(near)]
+    return Connectivity(tuple(sorted(breaks, key=lambda found: found.row)), bad, jumps | coarse | near | ~good)
+
+
+def _kind_of_row(off: bool, outside: bool, forbidden: bool) -> str:
+    """Return what is wrong with a row, its first fault."""
+    return "off the path" if off else "outside a limit" if outside else "forbidden" if forbidden else "wrong elbow"
 
 
 def _why(problem: Problem, r: FloatArray, q: FloatArray, k: int) -> str:

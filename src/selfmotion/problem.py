@@ -16,7 +16,7 @@ from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms import RedundantArm
 from selfmotion.arms.protocols import length_unit, u_period, u_steps
-from selfmotion.constrained import Constraint, constrained, constraints_of
+from selfmotion.constrained import Constraint, SingularityMargin, constrained, constraints_of, unconstrained
 from selfmotion.domain import DomainStructure, angle_domain, blocked_at, blocked_stretches, out_of_reach
 from selfmotion.errors import Blocked, InvalidInputError
 from selfmotion.objectives import OBJECTIVES, Objective, joint_weights
@@ -120,7 +120,7 @@ class Problem:
                 raise InvalidInputError(name, f"is a {type(given).__name__}", f"give the {name} itself")
         _check_dimensions(arm, path)
         self.scene, constraints = _constraints(arm, obstacles, clearance, self_collision, least_singular_value)
-        self.least_singular_value = least_singular_value
+        self.least_singular_value = _least_singular_value((*constraints, *constraints_of(arm)))
         self.arm = constrained(arm, constraints)
         self.path = path
         self.path_unit: str | None = None  # of its lengths, where it was converted to one
@@ -209,14 +209,16 @@ class Problem:
 
     @cached_property
     def structure(self) -> DomainStructure:
-        """The structure of the angle domain on the branches that may be used.
+        """The structure of the angle domain on the branches that may be used, joint limits alone regarded.
+
+        Further constraints only take postures away: what is not connected here is not connected under them either.
 
         Raises
         ------
         InvalidInputError
             If the arm has another degree of redundancy than one.
         """
-        return DomainStructure(self.arm.self_motion(), self.path, self.elbow_branches)
+        return DomainStructure(unconstrained(self.arm).self_motion(), self.path, self.elbow_branches)
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -232,8 +234,7 @@ class Problem:
             found.append(None if against is None else f"{against}: {remedy}")
         found += [] if placement is None else placement.doubts(self.arm.reach)
         found += self.arm.limits.doubts()
-        if self.scene is not None and self.scene.links.loose:
-            found.append(f"{', '.join(self.scene.links.loose)}: on joints of their own, which the scene leaves out")
+        found.append(None if self.scene is None else self.scene.doubt())
         return tuple(doubt for doubt in found if doubt is not None)
 
     def _check_reach(self) -> None:
@@ -383,18 +384,28 @@ def _constraints(
     arm: RedundantArm, obstacles: Sequence[Obstacle], clearance: float, self_collision: bool, least: float | None
 ) -> tuple[Scene | None, list[Constraint]]:
     """Return the scene, None if nothing is in it, and all constraints beyond joint limits."""
+    own = constraints_of(arm)  # of another problem, whose arm it is
+    in_scene = bool(len(obstacles) or self_collision or clearance)
+    if own and (in_scene or least is not None):
+        reason = "has constraints of its own, and the problem asks for more"
+        raise InvalidInputError("arm", reason, "give the arm without them, and all of them to the problem")
     found: list[Constraint] = []
     scene = None
-    if len(obstacles) or self_collision or clearance:
+    if own or in_scene:
         from selfmotion.scene import Scene  # compiled kernels, which few need
 
+        if own:
+            return next((one for one in own if isinstance(one, Scene)), None), []
         scene = Scene(arm, obstacles, clearance, self_collision)
         found = [scene] if len(obstacles) or self_collision else []
     if least is not None:
-        from selfmotion.constrained.singularity import SingularityMargin
-
         found.append(SingularityMargin(arm, least))
     return scene, found
+
+
+def _least_singular_value(constraints: Sequence[Constraint]) -> float | None:
+    """Return what the constraints ask of it, None if nothing."""
+    return next((one.least for one in constraints if isinstance(one, SingularityMargin)), None)
 
 
 def _check_dimensions(arm: RedundantArm, path: Path) -> None:

@@ -26,6 +26,7 @@ from selfmotion.commands.printed import (
     comparison_lines,
     complain,
     json_text,
+    margin_lines,
     plan_lines,
     say,
     shown_progress,
@@ -190,6 +191,7 @@ def repair(
         "max_tracking_error": found.judgement.max_tracking_error,
         "max_joint_step": found.judgement.max_joint_step,
         "min_limit_margin": found.judgement.min_limit_margin,
+        **({"margins": found.judgement.margins} if found.judgement.margins else {}),
         "version": __version__,
     }
     files = {
@@ -253,7 +255,8 @@ def verify(
         more = {**distance.summary(), "rows": len(motion.r), "version": __version__}
         say(json_text({**status, **asdict(verdict), **more}))
     elif verdict.holds:
-        say(f"the motion holds: travel {verdict.cost_sampled:.9g}, tracking {verdict.max_tracking_error:.2g}")
+        travel = f"the motion holds: travel {verdict.cost_sampled:.9g}, tracking {verdict.max_tracking_error:.2g}"
+        say("\n".join([travel, *margin_lines(verdict.margins)]))
         if optimum:
             say(f"  {distance}")
     else:

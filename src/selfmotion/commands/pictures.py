@@ -15,6 +15,9 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.failures import blocked_object
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from selfmotion.errors import Blocked
     from selfmotion.exchange import OutputFolder
     from selfmotion.problem import Problem
 
@@ -63,7 +66,7 @@ def domain(
     files["domain.json"] = json_text({**result, "r": case.rows.tolist(), "u": elbows}).encode()
     folder.write(files)
     lines = [f"angle domain with {' and '.join(elbows)} elbow at {len(case.rows)} places, written to {out}"]
-    lines += [f"nothing is feasible for r in [{part.r[0]:.6g}, {part.r[1]:.6g}]: {part.cause}" for part in blocked]
+    lines += _blocked_lines(blocked)
     lines += structure_lines(structure, radii, "domain.json")
     say(json_text(result) if as_json else "\n".join(lines))
 
@@ -84,8 +87,17 @@ def _sampled_domain(case: Problem, source: str, folder: OutputFolder, out: str, 
     files["domain.json"] = json_text({**result, **sampled_object(sampled)}).encode()
     folder.write(files)
     lines = [f"angle domain on {len(sampled.branches)} branches at {len(sampled.r)} places, written to {out}"]
-    lines += [f"nothing is feasible for r in [{part.r[0]:.6g}, {part.r[1]:.6g}]: {part.cause}" for part in blocked]
+    lines += _blocked_lines(blocked)
     say(json_text(result) if as_json else "\n".join(lines + sampled_lines(sampled)))
+
+
+def _blocked_lines(blocked: Iterable[Blocked]) -> list[str]:
+    """Return what is said of stretches without any posture."""
+    return [
+        f"nothing is feasible for r in [{part.r[0]:.6g}, {part.r[1]:.6g}]: {part.cause}"
+        + (f" ({' and '.join(part.limits)})" if part.limits else "")
+        for part in blocked
+    ]
 
 
 def reproduce(

@@ -103,8 +103,15 @@ def plan_lines(summary: dict[str, Any], unit: str) -> str:
             f"  tool within {summary['max_tracking_error']:.1e} of the path, largest joint step "
             f"{summary['max_joint_step']:.3g} {unit}, "
             + ("no joint is limited" if margin is None else f"{margin:.4g} {unit} from the nearest limit"),
+            *margin_lines(summary.get("margins", {})),
         ]
     )
+
+
+def margin_lines(margins: dict[str, float]) -> list[str]:
+    """Return what is said of constraints beyond joint limits, one line or none."""
+    said = [f"{name} {margin:.3g}" for name, margin in margins.items()]
+    return [f"  left beyond what is asked for: {', '.join(said)}"] if said else []
 
 
 def _bound(summary: dict[str, Any]) -> list[str]:

@@ -190,12 +190,13 @@ def urdf(
 ) -> None:
     """Write a problem's arm as URDF: one in space as it is, a planar one where its placement says."""
     from selfmotion.arms import PlanarArm
+    from selfmotion.constrained import unconstrained
     from selfmotion.exchange import load_problem, save_urdf
     from selfmotion.exchange.urdf_file import planar_chain
     from selfmotion.units import UNITS, point_text
 
     case = load_problem(problem).problem
-    arm = case.arm
+    arm = unconstrained(case.arm)
     warn(case)
     try:
         save_urdf(arm, out, force)

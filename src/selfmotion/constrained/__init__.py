@@ -1,6 +1,12 @@
 """Arms with constraints beyond joint limits: each has margins of postures, and says of cells and boxes what is sure."""
 
-from selfmotion.constrained.arm import ConstrainedArm, constrained, constraints_of, unconstrained
+from selfmotion.constrained.arm import (
+    ConstrainedArm,
+    constrained,
+    constraints_of,
+    keeps_constraints,
+    unconstrained,
+)
 from selfmotion.constrained.constraint import BLOCKED, FREE, UNDECIDED, Constraint
 from selfmotion.constrained.covers import why_empty
 from selfmotion.constrained.singularity import SingularityMargin
@@ -14,6 +20,7 @@ __all__ = [
     "SingularityMargin",
     "constrained",
     "constraints_of",
+    "keeps_constraints",
     "unconstrained",
     "why_empty",
 ]

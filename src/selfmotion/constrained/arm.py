@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from selfmotion._types import FloatArray
+from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms import RedundantArm, SelfMotion
 from selfmotion.constrained.constraint import Constraint
 from selfmotion.constrained.covers import ConstrainedCover, ConstrainedSlabs
@@ -107,6 +107,14 @@ def constrained(arm: RedundantArm, constraints: Sequence[Constraint]) -> Redunda
 def constraints_of(arm: RedundantArm) -> tuple[Constraint, ...]:
     """Return an arm's constraints beyond its joint limits; none of most arms."""
     return arm.constraints if isinstance(arm, ConstrainedArm) else ()
+
+
+def keeps_constraints(arm: RedundantArm, q: FloatArray) -> BoolArray:
+    """Return which postures (k, n) keep an arm's constraints beyond its joint limits, up to rounding; shape (k,)."""
+    kept = np.ones(len(q), bool)
+    for constraint in constraints_of(arm):
+        kept &= (constraint.margins(q) >= -constraint.tolerance).all(axis=1)
+    return kept
 
 
 def unconstrained(arm: RedundantArm) -> RedundantArm:

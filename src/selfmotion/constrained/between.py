@@ -7,8 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from selfmotion._types import FloatArray
+from selfmotion._types import BoolArray, FloatArray
+from selfmotion.arms import RedundantArm
 from selfmotion.arms.cells import Cells
+from selfmotion.constrained.arm import constraints_of
 from selfmotion.constrained.constraint import FREE, Constraint
 
 _HALVINGS = 40
@@ -64,6 +66,35 @@ def unsure(
         a = np.stack([a, half], axis=1).reshape(-1, a.shape[1])
         b = np.stack([half, b], axis=1).reshape(-1, b.shape[1])
     return Unsure(float(low[0]), float(constraint.margins(a[:1]).min()), int(by[left[0]]))
+
+
+def not_clear(arm: RedundantArm, q: FloatArray) -> BoolArray:
+    """Return the steps of a sampled motion on which some constraint is not surely kept, joints moving straight.
+
+    Parameters
+    ----------
+    arm : RedundantArm
+    q : array, shape (k, n)
+
+    Returns
+    -------
+    array of bool, shape (k − 1,)
+        Those whose own ends break it included.
+    """
+    found = np.zeros(len(q) - 1, bool)
+    for constraint in constraints_of(arm):
+        step, a, b = np.arange(len(q) - 1), q[:-1], q[1:]
+        for _ in range(_HALVINGS):
+            half = 0.5 * (a + b)
+            state, _ = constraint.of_cells(_cells(a, b, np.zeros_like(a)), constraint.tolerance)
+            found[step] |= (constraint.margins(half) < -constraint.tolerance).any(axis=1)
+            left = np.flatnonzero((state != FREE) & ~found[step])
+            if 2 * len(left) > _MOST or not len(left):
+                break
+            step, half, a, b = step[left], half[left], a[left], b[left]
+            step, a, b = np.tile(step, 2), np.concatenate([a, half]), np.concatenate([half, b])
+        found[step[state != FREE]] = True
+    return found
 
 
 def straight(r: FloatArray, q: FloatArray) -> Callable[[FloatArray], FloatArray]:

@@ -52,7 +52,7 @@ class SingularityMargin:
         self._rows = np.ones(arm.jacobian(np.zeros((1, arm.n))).shape[1])
         self._rows[: PLANE if planar else SPACE] = 1.0 / arm.reach
         later = np.arange(arm.n)[::-1]
-        turning = 0 if planar else later if len(self._rows) == _POSE else (arm.n - later) + 4 * later
+        turning = 0 * later if planar else later if len(self._rows) == _POSE else (arm.n - later) + 4 * later
         self._fastest = np.sqrt(arm.n + turning)
 
     def __repr__(self) -> str:

@@ -209,7 +209,8 @@ def _arm_object(arm: RedundantArm) -> dict[str, Any]:
     if type(arm) is PlanarArm:
         placement = None if arm.placement is None else arm.placement.as_mapping()
         given = {"links": arm.links, "limits": arm.limits.as_list(), "direction": arm.direction}
-        return {"kind": "planar", **given, "placement": placement}
+        thick = {"thickness": arm.thickness} if arm.thickness.any() else {}
+        return {"kind": "planar", **given, "placement": placement, **thick}
     from selfmotion.arms.chain_arm import ChainArm  # compiled kernels, which planar arms do without
 
     if isinstance(arm, ChainArm):

@@ -12,6 +12,7 @@ from selfmotion._types import FloatArray
 from selfmotion.arms import PlanarArm, RedundantArm
 from selfmotion.arms.chain import Chain
 from selfmotion.arms.shapes import Capsule, Shapes
+from selfmotion.constrained import unconstrained
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.files import write_file
 from selfmotion.scene.links import Links
@@ -44,6 +45,7 @@ def save_urdf(arm: RedundantArm, file: str | os.PathLike[str], force: bool = Fal
 
 def arm_urdf(arm: RedundantArm) -> bytes:
     """Return an arm as URDF; see :func:`save_urdf`."""
+    arm = unconstrained(arm)
     if isinstance(arm, PlanarArm):
         placed = planar_chain(arm)
         return chain_urdf(placed, placed.offsets[1:, 0, 3].tolist())

@@ -11,6 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray
+from selfmotion.arms import RedundantArm
+from selfmotion.constrained import constraints_of, keeps_constraints
 from selfmotion.problem import Problem
 
 SAME = 1e-5
@@ -25,10 +27,14 @@ _HALVINGS = 14
 _SHRINKS = 0.8
 _NEWTON = 30
 _ON_PATH = 1e-12  # of the reach
+_CLEAR = 1e-6  # part of its scale to which a constraint that was broken is kept
 
 
 def on_path(problem: Problem, r: FloatArray, q: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Move postures to the nearest ones that do their task inside the limits, by Newton's method.
+
+    A posture that breaks a constraint beyond joint limits is moved, by the shortest way to first order, to where its
+    worst margin is kept.
 
     Parameters
     ----------
@@ -40,16 +46,16 @@ def on_path(problem: Problem, r: FloatArray, q: FloatArray) -> tuple[FloatArray,
     -------
     q : array, shape (k, n)
     ok : array of bool, shape (k,)
-        Whether task, limits and elbow hold there.
+        Whether task, limits, further constraints and elbow hold there.
     """
     arm, x = problem.arm, problem.path(r)
     q, free = q.copy(), np.ones(q.shape)
     for _ in range(2):  # the second time with joints that left their limits held on them
         for _ in range(_NEWTON):
-            lack = arm.task_residual(q, x)
+            lack, jacobian = _rows_to_meet(arm, arm.task_residual(q, x), arm.jacobian(q), q)
             if not (np.abs(lack).max(axis=-1, initial=0.0) > _ON_PATH * arm.reach).any():
                 break
-            jacobian = arm.jacobian(q) * free[:, None, :]
+            jacobian = jacobian * free[:, None, :]
             square = jacobian @ np.swapaxes(jacobian, -1, -2)
             square += 1e-14 * arm.reach**2 * np.eye(square.shape[-1])  # at singular postures
             step = np.swapaxes(jacobian, -1, -2) @ np.linalg.solve(square, lack[..., None])
@@ -61,7 +67,26 @@ def on_path(problem: Problem, r: FloatArray, q: FloatArray) -> tuple[FloatArray,
         q = np.clip(q, arm.limits.lower, arm.limits.upper)
     miss = np.abs(arm.task_residual(q, x)).max(axis=-1, initial=0.0)
     ok = (miss <= 10 * _ON_PATH * arm.reach) & (arm.limits.margin(q) >= -HELD).all(axis=-1)
+    ok &= keeps_constraints(arm, q)
     return q, ok if problem.elbow == "any" else ok & arm.is_on_branch(q, problem.elbow, HELD)
+
+
+def _rows_to_meet(
+    arm: RedundantArm, lack: FloatArray, jacobian: FloatArray, q: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return what postures (k, n) lack of their task, with a row for each constraint, and derivatives by the joints.
+
+    A row says what the worst margin lacks, in the size of lengths; zero where the constraint is kept.
+    """
+    lacks, rows, each = [lack], [jacobian], np.arange(len(q))
+    for constraint in constraints_of(arm):
+        margins, gradients = constraint.gradients(q)
+        worst = margins.argmin(axis=1)
+        margin, unit = margins[each, worst], arm.reach / constraint.scale
+        broken = margin < -constraint.tolerance
+        lacks.append(np.where(broken, _CLEAR * arm.reach - unit * margin, 0.0)[:, None])
+        rows.append(np.where(broken[:, None], unit * gradients[each, worst], 0.0)[:, None])
+    return np.concatenate(lacks, axis=1), np.concatenate(rows, axis=1)
 
 
 class Filled(NamedTuple):
@@ -94,7 +119,7 @@ def refined(
     Returns
     -------
     Filled
-        ``broken`` are the steps that do not get smaller by halving: jumps.
+        ``broken`` are the steps that do not get smaller by halving: jumps, and those with a forbidden posture half-way.
     """
     arm = problem.arm
     origin = np.arange(len(r))  # the row that each one comes after, or is

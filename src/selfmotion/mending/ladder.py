@@ -14,6 +14,7 @@ import numpy as np
 from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.angles import TAU, unwrap
 from selfmotion.arms import RedundantArm
+from selfmotion.constrained import keeps_constraints
 from selfmotion.domain.sweep import sweep
 from selfmotion.mending.filling import HELD, SAME, Filled, filled, on_path
 from selfmotion.problem import Problem
@@ -89,7 +90,7 @@ class Ladder:
         q, sheet, links = [np.empty((0, self.arm.n))], [np.empty(0, int)], [np.empty((0, 2), int)]
         for branch in self.branches:
             for part in sweep(self.structure.self_motion, self.path(r), branch, self.count).parts():
-                for lifted in _lifted(self.arm, part.q, self.given):
+                for lifted in (some for run in _kept(self.arm, part.q) for some in _lifted(self.arm, run, self.given)):
                     middle = lifted[len(lifted) // 2]
                     at = self.structure.sheet_at(r, float(self.arm.u_of(middle)[0]), branch, 1e-7, middle)
                     links.append(np.arange(len(lifted) - 1)[:, None] + [0, 1] + sum(map(len, q)))
@@ -148,7 +149,8 @@ class Ladder:
                 near = self._near(layer.q, self.layers[k + 1].q, _NEAR)
                 near = near[may[layer.sheet[near[:, 0]], self.layers[k + 1].sheet[near[:, 1]]]]
                 pairs.append(near + self.offsets[k : k + 2])
-        edges = np.unique(np.concatenate(pairs), axis=0)
+        one, two = np.concatenate(pairs).T
+        edges = np.stack(np.divmod(np.unique(one * len(self.q) + two), len(self.q)), axis=-1)
         step = np.abs(self.arm.limits.steps(self.q[edges[:, 0]], self.q[edges[:, 1]])).sum(axis=1)
         return edges, step + step**2 / _SPACING + 1e-9  # squares favour many small steps over a few large ones
 
@@ -193,6 +195,13 @@ class Ladder:
             stays = np.array([frozenset(pair) not in closed for pair in edges.tolist()])
             edges, cost = edges[stays], cost[stays]
         return None
+
+
+def _kept(arm: RedundantArm, q: FloatArray) -> list[FloatArray]:
+    """Return the runs of postures (k, n) along a self-motion that keep the arm's constraints beyond joint limits."""
+    kept = keeps_constraints(arm, q)
+    cuts = np.flatnonzero(np.diff(kept)) + 1
+    return [run for run, first in zip(np.split(q, cuts), [0, *cuts], strict=True) if kept[first : first + 1].any()]
 
 
 def _lifted(arm: RedundantArm, q: FloatArray, given: list[FloatArray]) -> list[FloatArray]:

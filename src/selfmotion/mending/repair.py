@@ -19,6 +19,8 @@ from numpy.typing import ArrayLike
 from selfmotion._checks import number
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.breaks import Break, connectivity
+from selfmotion.constrained import constraints_of, keeps_constraints
+from selfmotion.constrained.between import not_clear
 from selfmotion.errors import UnrepairableError
 from selfmotion.judgement import Judgement, Tolerances, judge, measured
 from selfmotion.mending.bridge import PLAN_ANEW, bridge
@@ -130,17 +132,28 @@ def _mended(problem: Problem, r: FloatArray, q: FloatArray, allowed: Tolerances,
         return _Mended(r, q, np.ones(len(r), bool))
     rows = _Rows(problem, r, q, found.bad_rows, found.broken_steps)
     for _ in range(_ROUNDS):
-        new_r, new_q, kept = rows.joined(_chain(problem, rows, worth))
+        new_r, new_q, kept = _joined(problem, rows, worth)
         new_r, new_q, jumps = refined(problem, new_r, new_q, lambda r, q: _wanting(problem, r, q, allowed))
         if not (jumps and rows.tear(new_r[jumps])):
             break
     return _Mended(new_r, new_q, kept)
 
 
+def _joined(problem: Problem, rows: _Rows, worth: float) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Return the motion through the rows worth keeping, or through none of them if obstacles leave no way to them."""
+    chain = _chain(problem, rows, worth)
+    try:
+        return rows.joined(chain)
+    except UnrepairableError:
+        if not chain or not constraints_of(problem.arm):
+            raise
+        return rows.joined([])
+
+
 def _wanting(problem: Problem, r: FloatArray, q: FloatArray, allowed: Tolerances) -> BoolArray:
     """Return the steps that :func:`judge` would not accept."""
     motion = measured(problem, r, q, allowed)
-    return motion.jumps | motion.coarse
+    return motion.jumps | motion.coarse | not_clear(problem.arm, motion.q)
 
 
 def _put_on_path(problem: Problem, r: FloatArray, q: FloatArray, allowed: Tolerances) -> FloatArray:
@@ -229,7 +242,7 @@ def _postures(problem: Problem, posture: Posture | None, r: float) -> FloatArray
     if posture.q is not None:
         return posture.q[None]
     q = np.array([arm.solve(problem.path(r), posture.u, branch)[0] for branch in problem.elbow_branches])
-    q = q[(arm.limits.excess(q) <= 1e-9).all(axis=1)]
+    q = q[(arm.limits.excess(q) <= 1e-9).all(axis=1) & keeps_constraints(arm, q)]
     return np.concatenate([arm.limits.lift(one[None, None])[0][0] for one in q]) if len(q) else np.empty((0, arm.n))
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from selfmotion._types import FloatArray
 from selfmotion.arms import PlanarArm
 from selfmotion.arms.limits import JointBox
+from selfmotion.constrained import constraints_of, unconstrained
 from selfmotion.errors import Blocked, InfeasibleError, InvalidInputError
 from selfmotion.motion import Motion
 from selfmotion.paths import Path, Relative
@@ -51,7 +52,7 @@ class Chain:
     Parameters
     ----------
     problem : Problem
-        Its arm is planar, with 3k links and no fixed direction.
+        Its arm is planar, with 3k links and no fixed direction, and nothing to keep beyond joint limits.
     moving_bases : sequence of Path
         k − 1 paths at the same r as the tool's: of the end of module 1, 2, …, k − 1, where the next one begins.
 
@@ -219,8 +220,9 @@ def module_problems(problem: Problem, moving_bases: Sequence[Path]) -> tuple[Pro
 
 
 def splittable(problem: Problem) -> PlanarArm:
-    """Return the arm of a problem if it splits into modules; else raise an InvalidInputError."""
-    arm = problem.arm
+    """Return the arm of a problem if it splits into modules and is not constrained; else raise an InvalidInputError."""
+    arm = unconstrained(problem.arm)
+    refuse_constraints(problem)
     if not isinstance(arm, PlanarArm):
         raise InvalidInputError("planner", "is for planar arms, which split into modules", "use planner global")
     if arm.direction is not None:
@@ -228,6 +230,26 @@ def splittable(problem: Problem) -> PlanarArm:
     if arm.n % 3:
         raise InvalidInputError("arm.links", f"has {arm.n} entries", "modules of three need 3, 6, 9, … links")
     return arm
+
+
+def refuse_constraints(problem: Problem) -> None:
+    """Refuse what an arm is asked to keep beyond joint limits, which its modules by themselves cannot tell.
+
+    Raises
+    ------
+    InvalidInputError
+        Naming the field that asks for it.
+    """
+    if not constraints_of(problem.arm):
+        return
+    scene = problem.scene
+    fields = {
+        "obstacles": scene is not None and len(scene.obstacles) > 0,
+        "self_collision": scene is not None and scene.self_collision,
+        "least_singular_value": problem.least_singular_value is not None,
+    }
+    field = next((name for name, asked in fields.items() if asked), "arm")
+    raise InvalidInputError(field, "cannot be kept by planners of modules", "leave it out, or use planner: refine")
 
 
 def module_arms(arm: PlanarArm) -> tuple[PlanarArm, ...]:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from selfmotion._types import FloatArray
 from selfmotion.angles import wrap
 from selfmotion.certificate.verdict import percent
+from selfmotion.constrained import constraints_of
 from selfmotion.errors import InfeasibleError, InvalidInputError, SelfMotionError
 from selfmotion.judgement import Sampled, Tolerances, judge, measured
 from selfmotion.mending.filling import SAME, on_path
@@ -207,13 +208,13 @@ def _through(motion: Sampled) -> _Through:
     r = np.concatenate([[0.0], motion.r[1:-1], [1.0]])
     q, ok = on_path(problem, r, _with_given_ends(problem, motion.q))
     if not ok.all():
-        return _Through(None, None, f"data row {np.argmin(ok) + 1} cannot be put on the path inside the limits")
+        return _Through(None, None, f"data row {np.argmin(ok) + 1} cannot be put on the path {_where(problem)}")
     sums, largest = [float(problem.objective.sampled(q, r, problem.weights))], [_steps(q, k)]
     while len(sums) <= _MOST_HALVINGS:
         middle_r = 0.5 * (r[1:] + r[:-1])
         middle, ok = on_path(problem, middle_r, 0.5 * (q[1:] + q[:-1]))
         if not ok.all():
-            return _broken(~ok.reshape(k - 1, -1).all(axis=1))
+            return _broken(~ok.reshape(k - 1, -1).all(axis=1), f" {_where(problem)}")
         r, q = np.insert(r, np.arange(1, len(r)), middle_r), np.insert(q, np.arange(1, len(q)), middle, axis=0)
         sums.append(float(problem.objective.sampled(q, r, problem.weights)))
         largest.append(_steps(q, k))
@@ -227,11 +228,16 @@ def _through(motion: Sampled) -> _Through:
     return _Through(sums[-1] + error, error, None)
 
 
-def _broken(steps: Any) -> _Through:
+def _broken(steps: Any, where: str = "") -> _Through:
     row = int(np.argmax(steps)) + 1
     return _Through(
-        None, None, f"between data rows {row} and {row + 1} no motion on the path is near straight joint lines"
+        None, None, f"between data rows {row} and {row + 1} no motion on the path{where} is near straight joint lines"
     )
+
+
+def _where(problem: Problem) -> str:
+    """Return in words where postures are allowed."""
+    return f"inside the limits{' and clear of what else is forbidden' * bool(constraints_of(problem.arm))}"
 
 
 def _steps(q: FloatArray, rows: int) -> FloatArray:

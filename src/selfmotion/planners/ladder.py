@@ -16,6 +16,7 @@ from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.angles import TAU, wrap
 from selfmotion.arms import JointLimits, RedundantArm
 from selfmotion.arms.protocols import u_period
+from selfmotion.constrained import keeps_constraints
 from selfmotion.errors import InvalidInputError, NothingFeasibleError
 from selfmotion.mending.filling import filled
 from selfmotion.problem import Posture, Problem
@@ -41,7 +42,7 @@ class LadderMotion:
         The objective's chord sum, weighted.
     jumps : tuple of int
         Steps of more than 0.06 rad that no continuous motion explains, by the row before them, counted from 0: halved
-        again and again with the tool on the path, they do not get shorter.
+        again and again with the tool on the path, they do not get shorter, or a posture half-way is forbidden.
     postures : int
         Of all rungs together.
     seconds : float
@@ -69,7 +70,8 @@ def ladder(problem: Problem, values: int) -> LadderMotion:
     Returns
     -------
     LadderMotion
-        Of these postures the cheapest chain. It need not be a motion: a step may jump.
+        Of these postures, all of which keep the arm's constraints, the cheapest chain. It need not be a motion: a step
+        may jump.
 
     Raises
     ------
@@ -120,6 +122,7 @@ def _rungs(problem: Problem, r: FloatArray, count: int) -> list[FloatArray]:
         else:
             q = _given(problem, posture, float(r[k]))
         rung = turned(arm.limits, q)
+        rung = rung[keeps_constraints(arm, rung)]
         if not len(rung):
             raise NothingFeasibleError(
                 f"none of {count} values of u is feasible at r = {r[k]:.6g}", "try more values", count, 1.0

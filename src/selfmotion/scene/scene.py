@@ -57,7 +57,9 @@ class Scene:
         self, arm: RedundantArm, obstacles: Sequence[Obstacle], clearance: float = 0.0, self_collision: bool = False
     ) -> None:
         self.obstacles = tuple(obstacles)
-        self.clearance = number("clearance", clearance, 0.0)
+        self.clearance = number("clearance", clearance)
+        if self.clearance < 0.0:
+            raise InvalidInputError("clearance", "must not be negative", "give a distance, or leave it out", clearance)
         self.self_collision = bool(self_collision)
         dimension = PLANE if arm.dimension == PLANE else SPACE
         for k, obstacle in enumerate(self.obstacles):
@@ -150,6 +152,18 @@ class Scene:
         """Return what obstacle k is called: its number from 1, and its name if it has one."""
         name = self.obstacles[k].name
         return f"obstacle {k + 1}" + (f" ({name})" if name else "")
+
+    def doubt(self) -> str | None:
+        """Return what is doubtful of obstacles none of which a link can come near to, None if nothing is."""
+        if not self.obstacles:
+            return None
+        each = self.margins(np.zeros((1, self.links.levers.shape[-1])))[0]
+        nearest = float(each.min(initial=np.inf)) + self.clearance
+        if nearest <= 2.0 * self.scale:  # links and obstacles in reach are no farther apart
+            return None
+        return (
+            f"no obstacle is in reach, the nearest being {nearest:.6g} from the arm: are their units those of the arm?"
+        )
 
     def _points(self, q: FloatArray) -> FloatArray:
         points = np.empty((len(q), len(self.links.frame), 2, 3))
