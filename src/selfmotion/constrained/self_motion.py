@@ -36,12 +36,17 @@ class ConstrainedSelfMotion:
     self_motion : SelfMotion
         Of the arm without them.
     constraints : sequence of Constraint
+
+    Attributes
+    ----------
+    free : SelfMotion
+        Of the arm without constraints.
     """
 
     has_structure = False
 
     def __init__(self, self_motion: SelfMotion, constraints: Sequence[Constraint]) -> None:
-        self._free, self._constraints = self_motion, tuple(constraints)
+        self.free, self._constraints = self_motion, tuple(constraints)
         self.n, self.branches = self_motion.n, self_motion.branches
         self.u_range, self.periodic, self.limits = self_motion.u_range, self_motion.periodic, self_motion.limits
         self.singular: BoolArray = np.zeros(0, bool)
@@ -49,20 +54,46 @@ class ConstrainedSelfMotion:
     @property
     def wraps(self) -> BoolArray:
         """Which joints are full turns, shape (n,)."""
-        return self._free.wraps
+        return self.free.wraps
 
     def pose(self, x: ArrayLike) -> Any:
         """Return the constants of task points `x`, shape (k, dimension)."""
-        return self._free.pose(x)
+        return self.free.pose(x)
 
     def solve(self, pose: Any, u: ArrayLike, branch: int) -> tuple[FloatArray, BoolArray]:
         """Return postures (k, m, n) and whether they reach, for parameters `u` (k, m)."""
-        return self._free.solve(pose, u, branch)
+        return self.free.solve(pose, u, branch)
 
     def excess(self, q: FloatArray) -> FloatArray:
         """Return by how much postures (..., n) miss limits, and constraints as parts of their scale, (..., n + c)."""
         lack = [np.maximum(-least, 0.0) for least, _ in self._least(q)]
         return np.concatenate([self.limits.excess(q), np.stack(lack, axis=-1)], axis=-1)
+
+    @property
+    def arm(self) -> Any:
+        """The arm without constraints, None if its self-motion does not tell it."""
+        return getattr(self.free, "arm", None)
+
+    def least_kept(self, pose: Any, u: FloatArray, branch: int) -> IntArray:
+        """Return which constraint is kept least, of postures that joint limits allow and constraints do not.
+
+        Parameters
+        ----------
+        pose : Any
+            Of :meth:`pose`.
+        u : array, shape (k, m)
+        branch : int
+
+        Returns
+        -------
+        array of int, shape (k, m)
+            For :meth:`cause`; −1 of postures that are allowed, out of reach, or outside of their limits.
+        """
+        row = np.repeat(np.arange(u.shape[0]), u.shape[1])
+        q, margin, number = self._judged(pose, row, u.ravel(), branch)
+        with np.errstate(invalid="ignore"):
+            least = (margin < 0.0) & (self.free.excess(q) <= _GIVEN).all(axis=-1)
+        return np.where(least, number, -1).reshape(u.shape)
 
     def separators(self, pose: Any) -> FloatArray:
         """Return no functions, shape (k, 0): none are known."""
@@ -87,7 +118,7 @@ class ConstrainedSelfMotion:
         Breakpoints
             Other poses have other columns.
         """
-        own = self._free.breakpoints(pose, exact)
+        own = self.free.breakpoints(pose, exact)
         found = [self._places(pose, own, branch) for branch in range(len(self.branches))]
         columns = [own]
         for branch, (row, u, q, which) in enumerate(found):
@@ -113,11 +144,11 @@ class ConstrainedSelfMotion:
             at, on, posture = np.full((k, m), np.nan), np.zeros((k, m, len(self.branches)), bool), np.full((k, m, self.n), np.nan)
             at[row[mine], times], posture[row[mine], times] = wrap(u[mine]), q[mine]
             on[row[mine], times, branch] = True
-            columns.append(Breakpoints(at, on, posture, (self._cause(int(number)),) * m))
+            columns.append(Breakpoints(at, on, posture, (self.cause(int(number)),) * m))
         return columns
 
-    def _cause(self, number: int) -> Cause:
-        """Return the cause of a number that :meth:`_least` tells."""
+    def cause(self, number: int) -> Cause:
+        """Return the cause of a number that :meth:`least_kept` tells."""
         constraint = self._constraints[number % len(self._constraints)]
         return Cause(constraint.cause(number // len(self._constraints)), -1, np.nan)
 
@@ -137,7 +168,7 @@ class ConstrainedSelfMotion:
         q, margin, number = np.empty((len(u), self.n)), np.empty(len(u)), np.empty(len(u), np.int64)
         for first in range(0, len(u), _AT_ONCE):
             part = slice(first, first + _AT_ONCE)
-            found, ok = self._free.solve(pose[row[part]], u[part, None], branch)
+            found, ok = self.free.solve(pose[row[part]], u[part, None], branch)
             found, ok = found[:, 0], ok[:, 0]
             each = self._least(found)
             least = np.stack([one for one, _ in each])
@@ -156,8 +187,8 @@ class ConstrainedSelfMotion:
         after = np.roll(u, -1, axis=1)
         rows = np.arange(len(u))
         after[rows, count - 1] = u[:, 0] + TAU
-        q, reached = self._free.solve(pose, np.nan_to_num(0.5 * (u + after)), branch)
-        allowed = reached & (self._free.excess(q) <= _GIVEN).all(axis=-1)  # so it is between the same two throughout
+        q, reached = self.free.solve(pose, np.nan_to_num(0.5 * (u + after)), branch)
+        allowed = reached & (self.free.excess(q) <= _GIVEN).all(axis=-1)  # so it is between the same two throughout
         row, column = np.nonzero(allowed & (after > u))
         low, high = u[row, column], after[row, column]
         size = np.searchsorted([wide for wide, _ in _LOOKS], high - low)

@@ -166,6 +166,9 @@ class ProblemForm(_Form):
     objective: Literal[tuple(OBJECTIVES)] = "joint_travel"  # type: ignore[valid-type]
     samples: StrictInt = 1000
     obstacles: list[_section("obstacle")] = []  # type: ignore[valid-type]
+    clearance: Number = 0.0
+    self_collision: StrictBool = False
+    least_singular_value: Number | None = None
 
 
 def _field_type(hint: Any) -> Any:

@@ -13,7 +13,8 @@ from selfmotion.angles import TAU, nearest_turn
 from selfmotion.arms import Cause, PlanarArm
 from selfmotion.arms.protocols import u_period
 from selfmotion.domain import Event, Run, SampledDomain, angle_domain
-from selfmotion.domain.sampled import LOOKS, followed
+from selfmotion.domain.sampled import LOOKS
+from selfmotion.domain.strands import followed
 from selfmotion.domain.strips import Strip, strips
 from selfmotion.exchange.structure import sampled_lines, structure_lines
 from selfmotion.plot.curve_domain import order
