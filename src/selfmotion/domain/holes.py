@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from selfmotion._types import FloatArray
+from selfmotion._types import FloatArray, IntArray
 from selfmotion.arms import Cause, SelfMotion
 from selfmotion.constrained.self_motion import ConstrainedSelfMotion
 from selfmotion.domain.feasible import FeasibleArcs, Run
@@ -15,7 +15,9 @@ from selfmotion.domain.strips import Strip
 
 _NARROW = 1e-9  # arcs that are not worth a picture [rad]
 _MEETS = " against "
-_ROOM = 0.15  # of the path, beyond which a place is not more inside a hole
+_PARTS = 8  # of an arc, in which one looks what is met
+_BISECTIONS = 8
+_ROOM = 0.3  # of the path, beyond which a place is not more inside a hole
 
 
 class Hole(NamedTuple):
@@ -56,24 +58,63 @@ def taken(self_motion: SelfMotion, x: FloatArray, arcs: FeasibleArcs, branch: in
     Returns
     -------
     list of list of Run
-        The cause, the same at both ends, is what is least kept in the middle.
+        The cause, the same at both ends, is what is least kept there.
     """
     if not isinstance(self_motion, ConstrainedSelfMotion):
         return [[] for _ in x]
-    open_ = np.isfinite(arcs.low) & ~arcs.inside & (arcs.high - arcs.low > _NARROW)
-    least = self_motion.least_kept(self_motion.pose(x), np.nan_to_num(0.5 * (arcs.low + arcs.high)), branch)
-    found: list[list[Run]] = []
-    for k in range(len(x)):
-        runs: list[Run] = []
-        for m in np.flatnonzero(open_[k] & (least[k] >= 0)):
-            cause = (self_motion.cause(int(least[k, m])),)
-            run = Run(float(arcs.low[k, m]), float(arcs.high[k, m]), (cause, cause))
-            if runs and runs[-1].high == run.low and met(runs[-1].causes[0][0]) == met(cause[0]):
-                wider = max(runs[-1], run, key=lambda one: one.high - one.low)
-                run = Run(runs.pop().low, run.high, wider.causes)
-            runs.append(run)
-        found.append(runs)
+    pose = self_motion.pose(x)
+    row, column = np.nonzero(np.isfinite(arcs.low) & ~arcs.inside & (arcs.high - arcs.low > _NARROW))
+    low, high = arcs.low[row, column], arcs.high[row, column]
+    at = low[:, None] + (high - low)[:, None] * (np.arange(_PARTS) + 0.5) / _PARTS
+    least = self_motion.least_kept(pose[row], at, branch)
+    groups = _Groups(self_motion)
+    turns = _turns(self_motion, pose[row], branch, at, groups.of(least), groups)
+    found: list[list[Run]] = [[] for _ in x]
+    for k, arc in enumerate(least):
+        ends = [float(low[k]), *(u for u in turns[k] if u == u), float(high[k])]
+        firsts = [0, *(i + 1 for i, u in enumerate(turns[k]) if u == u)]
+        for first, one, two in zip(firsts, ends[:-1], ends[1:], strict=True):
+            if arc[first] >= 0:
+                _add(found[row[k]], one, two, self_motion.cause(int(arc[first])))
     return found
+
+
+class _Groups:
+    """Causes by what is met, numbered."""
+
+    def __init__(self, self_motion: ConstrainedSelfMotion) -> None:
+        self._self_motion = self_motion
+        self._names: dict[str, int] = {}
+
+    def of(self, causes: IntArray) -> IntArray:
+        """Return what is met in each cause, −1 where there is none."""
+        numbers, inverse = np.unique(causes, return_inverse=True)
+        names = [-1 if k < 0 else self._names.setdefault(met(self._self_motion.cause(int(k))), len(self._names)) for k in numbers]
+        return np.array(names, np.int64)[inverse].reshape(causes.shape)
+
+
+def _turns(
+    self_motion: ConstrainedSelfMotion, pose: Any, branch: int, at: FloatArray, group: IntArray, groups: _Groups
+) -> FloatArray:
+    """Return the u between places `at` (m, p) where another thing is met, bisected; NaN where it is the same, (m, p − 1)."""
+    found = np.full((len(at), _PARTS - 1), np.nan)
+    i, j = np.nonzero(group[:, 1:] != group[:, :-1])
+    one, two, before = at[i, j], at[i, j + 1], group[i, j]
+    for _ in range(_BISECTIONS if len(i) else 0):
+        middle = 0.5 * (one + two)
+        same = groups.of(self_motion.least_kept(pose[i], middle[:, None], branch))[:, 0] == before
+        one, two = np.where(same, middle, one), np.where(same, two, middle)
+    found[i, j] = 0.5 * (one + two)
+    return found
+
+
+def _add(runs: list[Run], low: float, high: float, cause: Cause) -> None:
+    """Add an arc, to the last one if that ends where it begins and meets the same."""
+    run = Run(low, high, ((cause,), (cause,)))
+    if runs and runs[-1].high == low and met(runs[-1].causes[0][0]) == met(cause):
+        wider = max(runs[-1], run, key=lambda one: one.high - one.low)
+        run = Run(runs.pop().low, high, wider.causes)
+    runs.append(run)
 
 
 def is_contact(cause: Cause) -> bool:

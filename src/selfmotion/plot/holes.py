@@ -21,6 +21,7 @@ Piece = tuple[FloatArray, FloatArray, FloatArray]
 
 _MOST_NAMED = 4
 _SEEN = 0.008  # part of the picture that a hole with a name takes at least
+_HELD = 0.6  # part of a name that its hole must hold
 _FONT = 6.5
 _LETTER = 0.55  # width of a letter as a part of its height
 _OBSTACLE = re.compile(r"obstacle (\d+)(?: \((.+)\))?$", re.DOTALL)
@@ -76,7 +77,7 @@ def fill_holes(axes: Axes, holes: Iterable[tuple[Hole, Sequence[Piece], tuple[fl
     box = axes.get_window_extent().transformed(axes.figure.dpi_scale_trans.inverted())  # type: ignore[union-attr]
     line = _FONT / 72
     for hole, pieces, (r, u) in sorted(holes, key=lambda one: -one[0].size):
-        color, label, area = color_of(hole.by), name_of(hole.by), 0.0
+        color, label, area = color_of(hole.by), contact_name(hole.cause), 0.0
         for x, low, high in pieces:
             axes.fill_between(
                 x, low, high, where=high > low, facecolor=tinted(color), edgecolor=color, linewidth=0.7, label=label,
@@ -88,10 +89,23 @@ def fill_holes(axes: Axes, holes: Iterable[tuple[Hole, Sequence[Piece], tuple[fl
         wide, tall = _LETTER * line * len(text) / box.width, 1.3 * line / box.height
         x, y = (r - left) / (right - left), (u - bottom) / (top - bottom)
         x, y = min(max(x, 0.5 * wide), 1.0 - 0.5 * wide), min(max(y, tall), 1.0 - tall)
-        free = all(abs(x - a) > 0.5 * (wide + w) or abs(y - b) > tall for a, b, w in written)
+        room = max((_across(piece, u, r) for piece in pieces), default=0.0) / (right - left)
+        free = room > _HELD * wide and all(abs(x - a) > 0.5 * (wide + w) or abs(y - b) > tall for a, b, w in written)
         if len(written) < _MOST_NAMED and free and area > _SEEN * (right - left) * (top - bottom):
             axes.text(
                 x, y, text, transform=axes.transAxes, ha="center", va="center", fontsize=_FONT, color=INK, zorder=6,
                 path_effects=[withStroke(linewidth=1.8, foreground=tinted(color))],
             )  # fmt: skip
             written.append((x, y, wide))
+
+
+def _across(piece: Piece, u: float, r: float) -> float:
+    """Return how wide a piece is at u, about r."""
+    x, low, high = piece
+    inside = (low <= u) & (u <= high)
+    k = int(np.abs(x - r).argmin())
+    if not inside[k]:
+        return 0.0
+    outside = np.flatnonzero(~inside)
+    before, after = outside[outside < k], outside[outside > k]
+    return float(x[after[0] if len(after) else -1] - x[before[-1] if len(before) else 0])
