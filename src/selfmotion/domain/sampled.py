@@ -14,13 +14,13 @@ from selfmotion._types import FloatArray
 from selfmotion.angles import TAU, wrap
 from selfmotion.domain.angle_domain import AngleDomain
 from selfmotion.domain.feasible import Run
-from selfmotion.domain.holes import Hole, holes_of, taken
+from selfmotion.domain.holes import Hole, holes_of, met, taken
 from selfmotion.domain.strands import Causes, followed
 from selfmotion.domain.strips import Strip
 
 LOOKS = 120
 _MOST_BREAKS = 50
-_PART = 8  # looks that a thread takes at once, at least
+_PART = 8  # looks that a thread takes at once, where each takes long
 _ROUNDS = 6  # in which a change is closed in upon, by half each
 _MOVED = 0.15  # by what an end may move from look to look [rad]
 
@@ -54,7 +54,10 @@ class SampledDomain:
         r = np.unique(np.concatenate([np.linspace(0.0, 1.0, looks), breaks if len(breaks) <= _MOST_BREAKS else []]))
         found = self._look(r)
         for _ in range(rounds):
-            changed = [_kinds(a.runs) != _kinds(b.runs) or _moved(a.runs, b.runs) > _MOVED for a, b in pairwise(found)]
+            changed = [
+                _kinds(a.runs) != _kinds(b.runs) or _met(a) != _met(b) or _moved(a.runs, b.runs) > _MOVED
+                for a, b in pairwise(found)
+            ]
             place = np.flatnonzero(changed) + 1
             between = 0.5 * (r[place - 1] + r[place])
             for at, new in zip(place[::-1], self._look(between)[::-1], strict=True):
@@ -95,8 +98,9 @@ class SampledDomain:
                 for k in range(len(part))
             ]
 
-        most = max(_PART, -(-len(r) // (2 * (os.cpu_count() or 1))))
-        parts = np.array_split(r, -(-len(r) // most)) if len(r) else []
+        if self.domain.unconstrained.self_motion.has_structure:
+            return look(r) if len(r) else []
+        parts = np.array_split(r, -(-len(r) // _PART)) if len(r) else []
         with ThreadPoolExecutor(os.cpu_count()) as pool:  # most of the time is spent in kernels that do not hinder it
             return [here for found in pool.map(look, parts) for here in found]
 
@@ -108,6 +112,11 @@ class _Look(NamedTuple):
     taken: list[list[Run]]
 
 
+def _met(here: _Look) -> list[list[str]]:
+    """Return what is met on every branch."""
+    return [sorted(met(run.causes[0][0]) for run in runs) for runs in here.taken]
+
+
 def _kinds(here: list[list[Run]]) -> list[list[Causes]]:
     """Return what the intervals of every branch are ended by, in an order that does not depend on where u begins."""
     return [[run.causes for run in _by_ends(runs)] for runs in here]
@@ -115,7 +124,7 @@ def _kinds(here: list[list[Run]]) -> list[list[Causes]]:
 
 def _by_ends(runs: list[Run]) -> list[Run]:
     """Return runs in an order that does not depend on where u begins, but for those with the same ends."""
-    return sorted(runs, key=lambda run: repr(run.causes))
+    return sorted(runs, key=lambda run: run.causes)
 
 
 def _moved(before: list[list[Run]], now: list[list[Run]]) -> float:

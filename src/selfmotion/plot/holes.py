@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,8 +16,16 @@ from selfmotion.plot.window import Window
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Piece = tuple[FloatArray, FloatArray, FloatArray]
-"""r, low and high of a strip as it is drawn, (k,) each."""
+
+
+class Piece(NamedTuple):
+    """A part of a hole as it is drawn: r, low and high, (k,) each, and whether both are its ends."""
+
+    r: FloatArray
+    low: FloatArray
+    high: FloatArray
+    has_ends: bool
+
 
 _MOST_NAMED = 4
 _SEEN = 0.008  # part of the picture that a hole with a name takes at least
@@ -55,8 +63,9 @@ def contact_name(cause: str) -> str:
 def in_window(hole: Hole, window: Window) -> tuple[list[Piece], tuple[float, float]]:
     """Return the pieces of a hole in a window of u, and the place of its name."""
     pieces = [
-        (strip.r, low, high) for strip in hole.strips for low, high in window.copies(strip) if (high > low).any()
-    ]
+        Piece(strip.r, low, high, bool(strip.causes[0]))
+        for strip in hole.strips for low, high in window.copies(strip) if (high > low).any()
+    ]  # fmt: skip
     return pieces, (hole.at[0], float(window.wrapped(np.asarray(hole.at[1]))))
 
 
@@ -78,11 +87,10 @@ def fill_holes(axes: Axes, holes: Iterable[tuple[Hole, Sequence[Piece], tuple[fl
     line = _FONT / 72
     for hole, pieces, (r, u) in sorted(holes, key=lambda one: -one[0].size):
         color, label, area = color_of(hole.by), contact_name(hole.cause), 0.0
-        for x, low, high in pieces:
-            axes.fill_between(
-                x, low, high, where=high > low, facecolor=tinted(color), edgecolor=color, linewidth=0.7, label=label,
-                zorder=2.5,
-            )  # fmt: skip
+        for x, low, high, has_ends in pieces:
+            axes.fill_between(x, low, high, where=high > low, color=tinted(color), linewidth=0.3, label=label, zorder=2.5)
+            for edge in (low, high) if has_ends else ():
+                axes.plot(x, np.where(high > low, edge, np.nan), color=color, linewidth=0.7, zorder=2.6)
             label = "_"
             area += float(np.sum(0.5 * (high[1:] - low[1:] + high[:-1] - low[:-1]) * np.diff(x)))
         text = contact_name(hole.cause)
@@ -101,7 +109,7 @@ def fill_holes(axes: Axes, holes: Iterable[tuple[Hole, Sequence[Piece], tuple[fl
 
 def _across(piece: Piece, u: float, r: float) -> float:
     """Return how wide a piece is at u, about r."""
-    x, low, high = piece
+    x, low, high, _ = piece
     inside = (low <= u) & (u <= high)
     k = int(np.abs(x - r).argmin())
     if not inside[k]:

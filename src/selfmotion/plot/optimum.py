@@ -15,7 +15,7 @@ from selfmotion.domain import AngleDomain, SampledDomain, angle_domain
 from selfmotion.errors import InvalidInputError
 from selfmotion.plans import Plan
 from selfmotion.plot.domain import legend_below
-from selfmotion.plot.holes import fill_holes
+from selfmotion.plot.holes import Piece, fill_holes
 from selfmotion.plot.style import COLORS, DASHES, GREY, INK, REGION
 from selfmotion.plot.unfolding import Unfolding
 
@@ -117,7 +117,7 @@ def _fill_holes(axes: Axes, chart: Unfolding, domain: AngleDomain) -> None:
     for branch in chart.used:
         for hole in sampled.holes(branch):
             pieces = [
-                (part.r, part.low, part.high)
+                Piece(part.r, part.low, part.high, bool(strip.causes[0]))
                 for strip in hole.strips for part in chart.placed(strip, branch) if (part.high > part.low).any()
             ]  # fmt: skip
             r, u = (np.array([value]) for value in hole.at)

@@ -18,7 +18,7 @@ from selfmotion.studio.scene import scene
 
 _PAGE = Path(__file__).parent / "page"
 _MODULES = (
-    "arm", "domain", "evolution", "hover", "joints", "looks", "numbers", "player", "plot", "pointer", "report", "space",
+    "arm", "domain", "evolution", "hover", "joints", "looks", "numbers", "obstacles", "player", "plot", "pointer", "report", "space",
     "spline", "svg", "verdict",
 )  # fmt: skip
 _MOST_STORED = 1_000_000  # characters of a plan file that goes along
