@@ -15,8 +15,10 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.failures import blocked_object
 
 if TYPE_CHECKING:
-    from selfmotion.exchange import OutputFolder
+    from collections.abc import Sequence
+
     from selfmotion.domain import AngleDomain
+    from selfmotion.exchange import OutputFolder
     from selfmotion.problem import Problem
 
 
@@ -50,7 +52,7 @@ def domain(
         case.arm.branches[branch]: [sampled[branch].interval_set(k).intervals.tolist() for k in range(len(case.rows))]
         for branch in case.elbow_branches
     }
-    files = _with_causes(feasible)
+    files = _with_causes(feasible, case.elbow_branches)
     result = {
         "status": "drawn",
         "blocked": [blocked_object(part) for part in blocked] or None,
@@ -65,13 +67,13 @@ def domain(
     say(json_text(result) if as_json else "\n".join(lines))
 
 
-def _with_causes(domain: AngleDomain) -> dict[str, bytes]:
+def _with_causes(domain: AngleDomain, branches: Sequence[int]) -> dict[str, bytes]:
     """Return the picture of all branches of a domain side by side, with what bounds it."""
     from selfmotion.plot import draw_domain, figure, image_files
 
-    count = len(domain.branches)
+    count = len(branches)
     with figure(width=3.5 * count, height=3.6, columns=count) as (canvas, axes):
-        for branch, one in zip(domain.branches, axes, strict=True):
+        for branch, one in zip(branches, axes, strict=True):
             draw_domain(one, domain, branch, causes=True)
         return image_files("domain", canvas)
 
@@ -90,7 +92,11 @@ def _sampled_domain(case: Problem, source: str, folder: OutputFolder, out: str, 
         raise error.inside(source=source) from None
     blocked = case.blocked
     result = {"status": "drawn", "blocked": [blocked_object(part) for part in blocked] or None, "version": __version__}
-    files = _with_causes(feasible) if unconstrained(case.arm).has_structure else sampled_domain_figure(sampled)
+    files = (
+        _with_causes(feasible, case.elbow_branches)
+        if unconstrained(case.arm).has_structure
+        else sampled_domain_figure(sampled)
+    )
     files["domain.json"] = json_text({**result, **sampled_object(sampled)}).encode()
     folder.write(files)
     lines = [f"angle domain on {len(sampled.branches)} branches at {len(sampled.r)} places, written to {out}"]

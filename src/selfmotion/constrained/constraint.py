@@ -46,7 +46,7 @@ class Constraint(Protocol):
         """
         ...
 
-    def least(self, q: FloatArray) -> tuple[FloatArray, IntArray]:
+    def least_margins(self, q: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return the least margin of postures (k, n), and which it is; shapes (k,)."""
         ...
 

@@ -1,8 +1,9 @@
 """The self-motion of a constrained arm: intervals of u end where a constraint does, too.
 
 The arm gives its own breakpoints. Between each two of them the margins are looked at along u, at places that crowd
-towards the breakpoints, as joints move fast at folds; where they may dip through zero between two looks one looks more closely, and where
-they change sign the place is closed in upon. What is narrower than that is missed in pictures; proofs go by cells.
+towards the breakpoints, as joints move fast at folds; where they may dip through zero between two
+looks one looks more closely, and where they change sign the place is closed in upon. What is narrower than that is
+missed in pictures; proofs go by cells.
 """
 
 from __future__ import annotations
@@ -141,7 +142,11 @@ class ConstrainedSelfMotion:
             first = np.searchsorted(row[mine], row[mine])
             times = np.arange(len(mine)) - first
             m = int(times.max()) + 1
-            at, on, posture = np.full((k, m), np.nan), np.zeros((k, m, len(self.branches)), bool), np.full((k, m, self.n), np.nan)
+            at, on, posture = (
+                np.full((k, m), np.nan),
+                np.zeros((k, m, len(self.branches)), bool),
+                np.full((k, m, self.n), np.nan),
+            )
             at[row[mine], times], posture[row[mine], times] = wrap(u[mine]), q[mine]
             on[row[mine], times, branch] = True
             columns.append(Breakpoints(at, on, posture, (self.cause(int(number)),) * m))
@@ -156,7 +161,7 @@ class ConstrainedSelfMotion:
         """Return for each constraint its least margin (...), as a part of its scale, and which that is."""
         flat, found = q.reshape(-1, q.shape[-1]), []
         for constraint in self._constraints:
-            margin, which = constraint.least(flat)
+            margin, which = constraint.least_margins(flat)
             found.append((margin.reshape(q.shape[:-1]) / constraint.scale, which.reshape(q.shape[:-1])))
         return found
 
@@ -178,9 +183,7 @@ class ConstrainedSelfMotion:
             number[part] = which * len(self._constraints) + worst
         return q, margin, number
 
-    def _places(
-        self, pose: Any, own: Breakpoints, branch: int
-    ) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
+    def _places(self, pose: Any, own: Breakpoints, branch: int) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
         """Return where margins change sign on a branch: poses (m,), u (m,), postures (m, n) and numbers of causes."""
         u = np.sort(np.where(own.on_branch[..., branch], own.u, np.nan), axis=1)
         count = np.isfinite(u).sum(axis=1)
@@ -285,6 +288,8 @@ def _next_part(
     with np.errstate(all="ignore"):
         place, value = (a - b) / (c - b), (at_a - at_b) / (at_c - at_b)
         safe = (value * value < place) & ((1.0 - value) ** 2 < 1.0 - place)
-        inverse = at_a / (at_b - at_a) * at_c / (at_b - at_c) + (c - a) / (b - a) * at_a / (at_c - at_a) * at_b / (at_c - at_b)
+        inverse = at_a / (at_b - at_a) * at_c / (at_b - at_c) + (c - a) / (b - a) * at_a / (at_c - at_a) * at_b / (
+            at_c - at_b
+        )
         least = 0.5 * _EXACT / np.abs(b - a)
     return np.clip(np.where(safe & np.isfinite(inverse), inverse, 0.5), least, 1.0 - least)

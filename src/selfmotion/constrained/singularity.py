@@ -63,7 +63,7 @@ class SingularityMargin:
         values = np.linalg.svd(self._jacobian(q), compute_uv=False)
         return np.asarray(values[:, -1:] - self.least)
 
-    def least(self, q: FloatArray) -> tuple[FloatArray, IntArray]:
+    def least_margins(self, q: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return the margin and that it is the first, shapes (k,)."""
         return self.margins(q)[:, 0], np.zeros(len(q), np.int64)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -71,8 +72,9 @@ def taken(self_motion: SelfMotion, x: FloatArray, arcs: FeasibleArcs, branch: in
     turns = _turns(self_motion, pose[row], branch, at, groups.of(least), groups)
     found: list[list[Run]] = [[] for _ in x]
     for k, arc in enumerate(least):
-        ends = [float(low[k]), *(u for u in turns[k] if u == u), float(high[k])]
-        firsts = [0, *(i + 1 for i, u in enumerate(turns[k]) if u == u)]
+        parted = np.flatnonzero(np.isfinite(turns[k]))
+        ends = [float(low[k]), *turns[k, parted].tolist(), float(high[k])]
+        firsts = [0, *(parted + 1).tolist()]
         for first, one, two in zip(firsts, ends[:-1], ends[1:], strict=True):
             if arc[first] >= 0:
                 _add(found[row[k]], one, two, self_motion.cause(int(arc[first])))
@@ -89,14 +91,17 @@ class _Groups:
     def of(self, causes: IntArray) -> IntArray:
         """Return what is met in each cause, −1 where there is none."""
         numbers, inverse = np.unique(causes, return_inverse=True)
-        names = [-1 if k < 0 else self._names.setdefault(met(self._self_motion.cause(int(k))), len(self._names)) for k in numbers]
+        names = [
+            -1 if k < 0 else self._names.setdefault(met(self._self_motion.cause(int(k))), len(self._names))
+            for k in numbers
+        ]
         return np.array(names, np.int64)[inverse].reshape(causes.shape)
 
 
 def _turns(
     self_motion: ConstrainedSelfMotion, pose: Any, branch: int, at: FloatArray, group: IntArray, groups: _Groups
 ) -> FloatArray:
-    """Return the u between places `at` (m, p) where another thing is met, bisected; NaN where it is the same, (m, p − 1)."""
+    """Return the u between places `at` (m, p) where another thing is met, (m, p − 1); NaN where it is the same."""
     found = np.full((len(at), _PARTS - 1), np.nan)
     i, j = np.nonzero(group[:, 1:] != group[:, :-1])
     one, two, before = at[i, j], at[i, j + 1], group[i, j]
@@ -129,7 +134,7 @@ def met(cause: Cause | str) -> str:
     return other or kind
 
 
-def holes_of(r: FloatArray, looks: list[list[Run]]) -> list[Hole]:
+def holes_of(r: FloatArray, looks: list[list[Run]], cause_at: Callable[[float, float], Cause | None]) -> list[Hole]:
     """Return the holes that arcs at places along the path make, the largest first.
 
     Parameters
@@ -137,6 +142,8 @@ def holes_of(r: FloatArray, looks: list[list[Run]]) -> list[Hole]:
     r : array, shape (k,)
     looks : list of list of Run
         As :func:`taken` tells them.
+    cause_at : callable
+        Returns what is least kept at r and u, None where nothing is.
 
     Returns
     -------
@@ -157,15 +164,13 @@ def holes_of(r: FloatArray, looks: list[list[Run]]) -> list[Hole]:
             if score[k] > size:
                 place, size = (float(strip.r[k]), 0.5 * float(strip.low[k] + strip.high[k])), float(score[k])
         area = sum(_area(strip) for strip in strips)
-        found.append(Hole(name, _cause_at(r, looks, name, place), strips, place, area))
+        found.append(Hole(name, _named(cause_at(*place), name), strips, place, area))
     return sorted(found, key=lambda hole: -hole.size)
 
 
-def _cause_at(r: FloatArray, looks: list[list[Run]], name: str, place: tuple[float, float]) -> str:
-    """Return the whole cause of the arc that holds a place."""
-    runs = [run for run in looks[int(np.abs(r - place[0]).argmin())] if met(run.causes[0][0]) == name]
-    near = min(runs, key=lambda run: abs(np.sin(0.25 * (run.low + run.high) - 0.5 * place[1])))
-    return near.causes[0][0].kind
+def _named(cause: Cause | None, name: str) -> str:
+    """Return a cause in words, what is met if that is all that is known."""
+    return name if cause is None or met(cause) != name else cause.kind
 
 
 def _area(strip: Strip) -> float:

@@ -12,6 +12,8 @@ import numpy as np
 
 from selfmotion._types import FloatArray
 from selfmotion.angles import TAU, wrap
+from selfmotion.arms import Cause
+from selfmotion.constrained.self_motion import ConstrainedSelfMotion
 from selfmotion.domain.angle_domain import AngleDomain
 from selfmotion.domain.feasible import Run
 from selfmotion.domain.holes import Hole, holes_of, met, taken
@@ -53,9 +55,10 @@ class SampledDomain:
         breaks = domain.path.breaks
         r = np.unique(np.concatenate([np.linspace(0.0, 1.0, looks), breaks if len(breaks) <= _MOST_BREAKS else []]))
         found = self._look(r)
+        quick = self.domain.unconstrained.self_motion.has_structure
         for _ in range(rounds):
             changed = [
-                _kinds(a.runs) != _kinds(b.runs) or _met(a) != _met(b) or _moved(a.runs, b.runs) > _MOVED
+                _kinds(a.runs) != _kinds(b.runs) or (quick and _met(a) != _met(b)) or _moved(a.runs, b.runs) > _MOVED
                 for a, b in pairwise(found)
             ]
             place = np.flatnonzero(changed) + 1
@@ -85,7 +88,14 @@ class SampledDomain:
 
     def holes(self, branch: int) -> list[Hole]:
         """Return what constraints beyond joint limits take of a branch, the largest hole first."""
-        return holes_of(self.r, self.taken[branch])
+        motion = self.domain.self_motion
+
+        def cause_at(r: float, u: float) -> Cause | None:
+            assert isinstance(motion, ConstrainedSelfMotion)
+            number = int(motion.least_kept(motion.pose(self.domain.path([r])), np.array([[u]]), branch)[0, 0])
+            return None if number < 0 else motion.cause(number)
+
+        return holes_of(self.r, self.taken[branch], cause_at)
 
     def _look(self, r: FloatArray) -> list[_Look]:
         """Return at each r (k,) the intervals of each branch, and what is taken."""
@@ -98,7 +108,7 @@ class SampledDomain:
                 for k in range(len(part))
             ]
 
-        if self.domain.unconstrained.self_motion.has_structure:
+        if self.domain.unconstrained.self_motion.has_structure:  # quick all at once
             return look(r) if len(r) else []
         parts = np.array_split(r, -(-len(r) // _PART)) if len(r) else []
         with ThreadPoolExecutor(os.cpu_count()) as pool:  # most of the time is spent in kernels that do not hinder it

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-
 class Piece(NamedTuple):
     """A part of a hole as it is drawn: r, low and high, (k,) each, and whether both are its ends."""
 
@@ -83,16 +82,18 @@ def fill_holes(axes: Axes, holes: Iterable[tuple[Hole, Sequence[Piece], tuple[fl
 
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     written: list[tuple[float, float, float]] = []
-    box = axes.get_window_extent().transformed(axes.figure.dpi_scale_trans.inverted())  # type: ignore[union-attr]
+    box = axes.get_window_extent().transformed(axes.figure.dpi_scale_trans.inverted())
     line = _FONT / 72
     for hole, pieces, (r, u) in sorted(holes, key=lambda one: -one[0].size):
         color, label, area = color_of(hole.by), contact_name(hole.cause), 0.0
-        for x, low, high, has_ends in pieces:
-            axes.fill_between(x, low, high, where=high > low, color=tinted(color), linewidth=0.3, label=label, zorder=2.5)
+        for along, low, high, has_ends in pieces:
+            axes.fill_between(
+                along, low, high, where=high > low, color=tinted(color), linewidth=0.3, label=label, zorder=2.5
+            )
             for edge in (low, high) if has_ends else ():
-                axes.plot(x, np.where(high > low, edge, np.nan), color=color, linewidth=0.7, zorder=2.6)
+                axes.plot(along, np.where(high > low, edge, np.nan), color=color, linewidth=0.7, zorder=2.6)
             label = "_"
-            area += float(np.sum(0.5 * (high[1:] - low[1:] + high[:-1] - low[:-1]) * np.diff(x)))
+            area += float(np.sum(0.5 * (high[1:] - low[1:] + high[:-1] - low[:-1]) * np.diff(along)))
         text = contact_name(hole.cause)
         wide, tall = _LETTER * line * len(text) / box.width, 1.3 * line / box.height
         x, y = (r - left) / (right - left), (u - bottom) / (top - bottom)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _FAR = 50.0  # reaches, as far as half-planes are drawn
 _NEAR = 1.05  # of the reach: what is farther away need not be in the picture
+_CENTRAL = 0.2  # depth that a place gives for being nearer to the middle, as a part of how much nearer
 _GRID = 300  # of the distance from a polygon, per side
 
 
@@ -40,6 +41,8 @@ def draw_obstacles(axes: Axes, arm: RedundantArm) -> None:
     arm : RedundantArm
         Of a problem with obstacles; of any other nothing is drawn.
     """
+    from matplotlib.patheffects import withStroke
+
     scene = scene_of(arm)
     if scene is None or arm.dimension != PLANE:
         return
@@ -49,10 +52,10 @@ def draw_obstacles(axes: Axes, arm: RedundantArm) -> None:
         _draw_shape(axes, obstacle, _FAR * arm.reach, look)
         if scene.clearance:
             _draw_outline(axes, obstacle, scene.clearance, _FAR * arm.reach, color)
-        place, align = _middle(obstacle, arm.reach)
         axes.text(
-            *place, obstacle.name or str(k + 1), ha=align, va="center", fontsize=7.0, color=INK, zorder=2.4, clip_on=True
-        )
+            *_middle(obstacle, arm.reach), obstacle.name or str(k + 1), ha="center", va="center", fontsize=7.0, color=INK,
+            zorder=2.4, clip_on=True, path_effects=[withStroke(linewidth=1.8, foreground=tinted(color))],
+        )  # fmt: skip
 
 
 def in_view(arm: RedundantArm) -> FloatArray:
@@ -104,7 +107,8 @@ def _half_plane(obstacle: HalfPlaneObstacle, clearance: float, far: float) -> Fl
     normal = obstacle.normal / np.linalg.norm(obstacle.normal)
     along = np.array([-normal[1], normal[0]])
     point = obstacle.point + clearance * normal
-    return np.array([point - far * along, point + far * along, point + far * (along - normal), point - far * (along + normal)])
+    one, two = point - far * along, point + far * along
+    return np.array([one, two, two - far * normal, one - far * normal])
 
 
 def _draw_outline(axes: Axes, obstacle: Obstacle, clearance: float, far: float, color: str) -> None:
@@ -145,8 +149,8 @@ def _corners(obstacle: Obstacle) -> FloatArray:
     return np.asarray(obstacle.corners if isinstance(obstacle, PolygonObstacle) else np.empty((0, 2)))
 
 
-def _middle(obstacle: Obstacle, reach: float) -> tuple[tuple[float, float], str]:
-    """Return where the name of an obstacle stands, and how it is aligned."""
+def _middle(obstacle: Obstacle, reach: float) -> tuple[float, float]:
+    """Return where the name of an obstacle stands."""
     if isinstance(obstacle, CircleObstacle):
         x, y = obstacle.center
     elif isinstance(obstacle, PolygonObstacle):
@@ -155,19 +159,21 @@ def _middle(obstacle: Obstacle, reach: float) -> tuple[tuple[float, float], str]
         assert isinstance(obstacle, HalfPlaneObstacle)
         normal = obstacle.normal / np.linalg.norm(obstacle.normal)
         x, y = obstacle.point - 0.04 * reach * normal
-    return (float(x), float(y)), "center"
+    return float(x), float(y)
 
 
 def _inside(corners: FloatArray) -> FloatArray:
     """Return a place inside a polygon, far from its edges."""
     low, high = corners.min(axis=0), corners.max(axis=0)
-    grid = np.stack(np.meshgrid(*(np.linspace(a, b, 41) for a, b in zip(low, high, strict=True))), axis=-1).reshape(-1, 2)
+    grid = np.stack(np.meshgrid(*(np.linspace(a, b, 41) for a, b in zip(low, high, strict=True))), axis=-1).reshape(
+        -1, 2
+    )
     inside = grid[_away(grid, corners) == 0.0]
     if not len(inside):
         return np.asarray(corners.mean(axis=0))
     edges = zip(corners, np.roll(corners, -1, axis=0), strict=True)
     depth = np.min([_from_segment(inside, a, b) for a, b in edges], axis=0)
-    return np.asarray(inside[depth.argmax()])
+    return np.asarray(inside[(depth - _CENTRAL * np.linalg.norm(inside - 0.5 * (low + high), axis=1)).argmax()])
 
 
 def _from_segment(points: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:

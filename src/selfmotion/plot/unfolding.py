@@ -168,7 +168,9 @@ class Unfolding:
 
     def parts(self) -> list[Part]:
         """Return the domain in the chart, without constraints beyond joint limits."""
-        return [part for branch, shown in self._strips.items() for strip in shown for part in self.placed(strip, branch)]
+        return [
+            part for branch, shown in self._strips.items() for strip in shown for part in self.placed(strip, branch)
+        ]
 
     def placed(self, strip: Strip, branch: int) -> list[Part]:
         """Return a strip of a branch in the chart."""

@@ -83,7 +83,9 @@ def place(capsules: Capsules, q: FloatArray, axes: FloatArray, centers: FloatArr
                         )
         for i in range(3):
             origin[i] += (
-                rotation[i, 0] * shifts[j + 1, 0] + rotation[i, 1] * shifts[j + 1, 1] + rotation[i, 2] * shifts[j + 1, 2]
+                rotation[i, 0] * shifts[j + 1, 0]
+                + rotation[i, 1] * shifts[j + 1, 1]
+                + rotation[i, 2] * shifts[j + 1, 2]
             )
         for i in range(3):
             for k in range(3):
@@ -125,7 +127,13 @@ def margins_all(capsules: Capsules, shapes: Shapes, pairs: Pairs, q: FloatArray,
 
 @kernel
 def least_all(
-    capsules: Capsules, shapes: Shapes, pairs: Pairs, balls: FloatArray, q: FloatArray, found: FloatArray, which: IntArray
+    capsules: Capsules,
+    shapes: Shapes,
+    pairs: Pairs,
+    balls: FloatArray,
+    q: FloatArray,
+    found: FloatArray,
+    which: IntArray,
 ) -> None:
     """Fill in the least margin (k,) of postures (k, n), and the pair that it is of.
 

@@ -109,7 +109,7 @@ class Scene:
         points = self._points(postures)
         return np.concatenate([found, self._from_meshes(points)[0]], axis=1)
 
-    def least(self, q: FloatArray) -> tuple[FloatArray, IntArray]:
+    def least_margins(self, q: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return the least margin of postures (k, n), and which it is; shapes (k,)."""
         postures = np.ascontiguousarray(q, dtype=float)
         found, which = np.empty(len(postures)), np.empty(len(postures), np.int64)
@@ -201,7 +201,6 @@ class Scene:
             distance, at[:, column], normal[:, column] = mesh.nearest(points[:, c, 0], points[:, c, 1])
             found[:, column] = distance - needed
         return found, at, normal
-
 
 
 def _ball(kind: int, numbers: FloatArray) -> FloatArray:

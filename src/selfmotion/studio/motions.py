@@ -274,7 +274,11 @@ def _out_of_reach(arm: RedundantArm, r: FloatArray, reach: FloatArray) -> list[W
     for a, b in _stretches(reach < 0.0):
         short = -float(reach[a : b + 1].min())
         by = f" by {short:.3g}{'' if unit is None else f' {unit}'}" if np.isfinite(short) else ""
-        text = f"the first two links do not reach{by}" if isinstance(unconstrained(arm), PlanarArm) else "there is no such posture"
+        text = (
+            f"the first two links do not reach{by}"
+            if isinstance(unconstrained(arm), PlanarArm)
+            else "there is no such posture"
+        )
         found.append(Wrong(_ends(r, reach, a, b), "reach", None, finite(short), text))
     return found
 
@@ -301,7 +305,7 @@ def _not_kept(arm: RedundantArm, r: FloatArray, q: FloatArray) -> list[Wrong]:
     found, there = [], np.isfinite(q).all(axis=-1)
     for constraint in constraints_of(arm) if there.any() else ():
         margin, which = np.full(len(r), np.nan), np.zeros(len(r), int)
-        margin[there], which[there] = constraint.least(q[there])
+        margin[there], which[there] = constraint.least_margins(q[there])
         with np.errstate(invalid="ignore"):
             lacking = margin < -constraint.tolerance
         for a, b in _stretches(lacking):
@@ -315,7 +319,7 @@ def _not_kept(arm: RedundantArm, r: FloatArray, q: FloatArray) -> list[Wrong]:
 def _kept(arm: RedundantArm, q: FloatArray) -> dict[str, float]:
     """Return what is left of each constraint beyond joint limits, by the name of its check."""
     there = q[np.isfinite(q).all(axis=-1)]
-    return {part.check: float(part.least(there)[0].min()) for part in constraints_of(arm)} if len(there) else {}
+    return {part.check: float(part.least_margins(there)[0].min()) for part in constraints_of(arm)} if len(there) else {}
 
 
 def _at_samples(problem: Problem, rows: Sampled) -> list[Failure]:

@@ -19,8 +19,8 @@ from selfmotion.domain.sampled import LOOKS
 from selfmotion.domain.strands import followed
 from selfmotion.domain.strips import Strip, strips
 from selfmotion.exchange.structure import sampled_lines, structure_lines
-from selfmotion.plot.curve_domain import order
 from selfmotion.paths.base import PLANE
+from selfmotion.plot.curve_domain import order
 from selfmotion.plot.domain import events_on
 from selfmotion.plot.holes import contact_name, in_window, number_of
 from selfmotion.plot.window import Window

@@ -10,7 +10,7 @@ from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms import PlanarArm
 from selfmotion.arms.protocols import length_unit, u_period
-from selfmotion.constrained import unconstrained
+from selfmotion.constrained import constraints_of, unconstrained
 from selfmotion.domain import out_of_reach
 from selfmotion.domain.angle_domain import blocked_stretches, stretches
 from selfmotion.errors import Blocked
@@ -86,8 +86,8 @@ def _obstacle(obstacle: Obstacle) -> dict[str, Any]:
     elif isinstance(obstacle, BoxObstacle):
         fields["rotation"] = obstacle.rotation
     elif isinstance(obstacle, MeshObstacle):
-        vertices, triangles = obstacle.vertices, thinned(obstacle.triangles, _MOST_TRIANGLES)
-        fields = {"triangles": vertices[triangles]}
+        every = -(-len(obstacle.triangles) // _MOST_TRIANGLES)
+        fields = {"triangles": obstacle.vertices[obstacle.triangles[::every]]}
     plain = {name: np.asarray(value).tolist() for name, value in fields.items()}
     return {"kind": obstacle.kind, "name": obstacle.name, **plain}
 
@@ -150,8 +150,14 @@ def _reach(arm: PlanarArm) -> dict[str, Any]:
 
 
 def _blocked(problem: Problem, settled: bool) -> list[Blocked]:
-    """Return the stretches that no posture reaches; while something is dragged, of arms in space or between obstacles only those out of reach."""
+    """Return the stretches that no posture reaches.
+
+    While something is dragged, of arms in space or between obstacles, only those out of reach. What obstacles block of
+    the path of an arm in space takes as long to tell as a plan, which tells it.
+    """
     arm, path = problem.arm, problem.path
+    if settled and arm.dimension != PLANE and constraints_of(arm):
+        return blocked_stretches(unconstrained(arm), path, problem.samples, problem.elbow_branches)
     if settled:
         return problem.blocked
     if arm.dimension == PLANE and arm.has_structure:

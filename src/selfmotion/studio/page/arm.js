@@ -117,7 +117,7 @@ export class ArmView {
         }
       }
     }
-    const look = { x: (value) => this.#x(value), y: (value) => this.#y(value), scale: this.fit.scale, far: 4 * (reach?.outer ?? 1), clearance: this.scene.clearance };
+    const look = { x: (value) => this.#x(value), y: (value) => this.#y(value), scale: this.fit.scale, far: 4 * (reach?.outer ?? 1), clearance: this.scene.clearance, aside: this.mode === "obstacles" };
     (this.scene.obstacles ?? []).forEach((obstacle, k) => parts.push(planeShape(obstacle, k, look)));
     const count = path.x.shape[0];
     const d = (from, to) => lineThrough(to - from + 1, (k) => this.#x(path.x[2 * (from + k)]), (k) => this.#y(path.x[2 * (from + k) + 1]));

@@ -9,8 +9,9 @@ export const obstacleLook = (number) => (number === null || number === undefined
 
 export const obstacleName = (obstacle, k) => obstacle.name || `obstacle ${k + 1}`;
 
-// One obstacle of the plane; `x` and `y` take lengths to pixels, `scale` is pixels per length, `far` as far as one sees.
-export function planeShape(obstacle, k, { x, y, scale, far, clearance }) {
+// One obstacle of the plane; `x` and `y` take lengths to pixels, `scale` is pixels per length, `far` as far as one sees,
+// `aside` whether its name stands beside it.
+export function planeShape(obstacle, k, { x, y, scale, far, clearance, aside = false }) {
   const name = obstacleName(obstacle, k), parts = [];
   const shape = (attributes, wide = 0) => {
     if (obstacle.kind === "circle") {
@@ -30,8 +31,8 @@ export function planeShape(obstacle, k, { x, y, scale, far, clearance }) {
   }
   parts.push(shape({ class: "obstacle", "data-obstacle": k }));
   parts.at(-1).append(svg("title", {}, `${name}: drag to move it`));
-  const [a, b] = middleOf(obstacle, 14 / scale);
-  parts.push(svg("text", { class: "obstacle-name", x: x(a), y: y(b) + 4, "text-anchor": "middle" }, obstacle.name || String(k + 1)));
+  const [a, b] = aside ? aboveOf(obstacle, 14 / scale) : middleOf(obstacle, 14 / scale);
+  parts.push(svg("text", { class: "obstacle-name", x: x(a), y: y(b) + (aside && obstacle.kind !== "half_plane" ? -9 : 4), "text-anchor": "middle" }, obstacle.name || String(k + 1)));
   return svg("g", { class: obstacleLook(k) }, ...parts);
 }
 
@@ -43,6 +44,13 @@ function middleOf(obstacle, inside) {
   }
   const { corners } = obstacle;
   return [0, 1].map((axis) => corners.reduce((sum, corner) => sum + corner[axis], 0) / corners.length);
+}
+
+// Where a name is clear of the handles.
+function aboveOf(obstacle, inside) {
+  if (obstacle.kind === "circle") return [obstacle.center[0], obstacle.center[1] + obstacle.radius];
+  if (obstacle.kind === "half_plane") return middleOf(obstacle, 1.3 * inside);
+  return [middleOf(obstacle, inside)[0], Math.max(...obstacle.corners.map((corner) => corner[1]))];
 }
 
 // By which points an obstacle of the plane is changed: {name, label, at, to(entry, place)}, `to` gives the entry of the problem.
