@@ -53,8 +53,8 @@ def draw_obstacles(axes: Axes, arm: RedundantArm) -> None:
         if scene.clearance:
             _draw_outline(axes, obstacle, scene.clearance, _FAR * arm.reach, color)
         axes.text(
-            *_middle(obstacle, arm.reach), obstacle.name or str(k + 1), ha="center", va="center", fontsize=7.0, color=INK,
-            zorder=2.4, clip_on=True, path_effects=[withStroke(linewidth=1.8, foreground=tinted(color))],
+            *_middle(obstacle, arm.reach), obstacle.name or str(k + 1), ha="center", va="center", fontsize=7.0,
+            color=INK, zorder=2.4, clip_on=True, path_effects=[withStroke(linewidth=1.8, foreground=tinted(color))],
         )  # fmt: skip
 
 

@@ -178,7 +178,7 @@ class Panel {
     for (const hole of data.holes ?? []) {
       const wide = 6.2 * hole.short.length + 8, y = clamp(plot.y(hole.at[1]) + 4, top + 12, bottom - 6);
       const x = clamp(plot.x(hole.at[0]), left + wide / 2, right - wide / 2);
-      if (hole.size < 0.004 * (data.range[1] - data.range[0]) || this.#isTaken(x, y, wide)) continue;
+      if (hole.size < 0.0005 * (data.range[1] - data.range[0]) || this.#isTaken(x, y, wide)) continue;
       this.named.push({ x, y, wide });
       plot.inside.append(svg("text", { class: `hole-name ${obstacleLook(hole.number)}`, x, y, "text-anchor": "middle" }, hole.short));
     }
