@@ -180,7 +180,7 @@ class Panel {
       const x = clamp(plot.x(hole.at[0]), left + wide / 2, right - wide / 2);
       if (hole.size < 0.0005 * (data.range[1] - data.range[0]) || this.#isTaken(x, y, wide)) continue;
       this.named.push({ x, y, wide });
-      plot.inside.append(svg("text", { class: `hole-name ${obstacleLook(hole.number)}`, x, y, "text-anchor": "middle" }, hole.short));
+      plot.above.append(svg("text", { class: `hole-name ${obstacleLook(hole.number)}`, x, y, "text-anchor": "middle" }, hole.short));
     }
   }
 
