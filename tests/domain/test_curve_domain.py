@@ -10,7 +10,7 @@ import selfmotion as sm
 from selfmotion.angles import TAU
 from selfmotion.arms import Cause, named_arm
 from selfmotion.domain import Run, SampledDomain
-from selfmotion.domain.sampled import _partners
+from selfmotion.domain.strands import _partners
 from selfmotion.plot import draw_sampled_domain, figure, figure_data, sampled_domain_figure
 
 CIRCLE = "0.45,{y:.12f},{z:.12f},1,0,0,0"

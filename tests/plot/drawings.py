@@ -23,6 +23,7 @@ from selfmotion import plot
 from selfmotion.certificate.result import Certificate, Level, TubeSlice
 from selfmotion.domain import SampledDomain
 from selfmotion.optimizers import OPTIMIZERS
+from selfmotion.scene import CircleObstacle, HalfPlaneObstacle, PolygonObstacle
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 BASELINE = Path(__file__).with_name("thumbnails.json")
@@ -152,6 +153,26 @@ class Case:
         return sampled, 2, (r, u, r < 0.8)
 
     @cached_property
+    def between(self):
+        """The seed's arm with thick links between a disc, a polygon that is not convex, and a wall."""
+        arm = sm.PlanarArm([30, 30, 20], [None, (0, np.pi), None], thickness=3)
+        corners = [[36, -20], [44, -20], [44, -12], [40, -16], [36, -12]]
+        obstacles = [
+            CircleObstacle([30, 24], 4),
+            PolygonObstacle(corners, name="clamp"),
+            HalfPlaneObstacle([0, -24], [0.1, 1]),
+        ]
+        return sm.Problem(arm, self.path, obstacles=obstacles, clearance=1.0)
+
+    @cached_property
+    def round_them(self):
+        return sm.plan(self.between, sm.Refine(starts=2))
+
+    @cached_property
+    def holed(self):
+        return sm.angle_domain(self.between.arm, self.path)
+
+    @cached_property
     def parted(self):
         """Limits and folds, and no connection between start and end."""
         return sm.angle_domain(sm.PlanarArm([1, 1, 1], [(-1.45, 1.45)] * 3), sm.Line([1.5, -2.5], [1.5, 2.5]))
@@ -208,9 +229,36 @@ def each_joint(axes: Any, plan: sm.planners.Plan) -> None:
 
 
 each_joint.func = plot.draw_each_joint  # what the table of drawing functions is compared with
+
+
+def obstacles(axes: Any, arm: Any) -> None:
+    """Draw obstacles in a frame that shows them."""
+    axes.set_xlim(-10, 60)
+    axes.set_ylim(-35, 35)
+    axes.set_aspect("equal")
+    plot.draw_obstacles(axes, arm)
+
+
+def links(axes: Any, plan: sm.planners.Plan) -> None:
+    """Draw the links of the first posture of a plan."""
+    arm = plan.problem.arm
+    axes.set_xlim(-10, 80)
+    axes.set_ylim(-40, 50)
+    axes.set_aspect("equal")
+    plot.draw_links(axes, arm, arm.joint_positions(plan(0.0)))
+
+
+obstacles.func, links.func = plot.draw_obstacles, plot.draw_links
 DRAWINGS = {
     "path": Drawing(plot.draw_path, lambda case: (case.problem,)),
     "postures": Drawing(plot.draw_postures, lambda case: (case.plan,), height=3.2),
+    "obstacles": Drawing(obstacles, lambda case: (case.between.arm,), height=3.2),
+    "links": Drawing(links, lambda case: (case.round_them,), height=3.2),
+    "path_between_obstacles": Drawing(plot.draw_path, lambda case: (case.between,), height=3.2),
+    "postures_between_obstacles": Drawing(plot.draw_postures, lambda case: (case.round_them,), height=3.2),
+    "domain_with_holes": Drawing(
+        partial(plot.draw_domain, causes=True), lambda case: (case.holed, 0), height=3.6, ink=(0.2, 0.8)
+    ),
     "drawing": Drawing(
         plot.draw_drawing,
         lambda _: (sm.read_svg(EXAMPLES / "drawings" / "letter.svg", arm_unit="mm", gaps="line"),),

@@ -18,13 +18,14 @@ TEXTS = [
     ("ink", "panel"), ("ink", "ground"), ("ink", "soft"), ("ink", "region"), ("muted", "panel"), ("muted", "ground"),
     ("accent", "panel"), ("accent", "soft"), ("on-accent", "accent"), ("wrong", "panel"), ("good", "good-ground"),
     ("warn", "warn-ground"), ("wrong", "wrong-ground"), *((f"joint-{k}", "panel") for k in range(8)),
+    *((f"obstacle-{k}", "panel") for k in range(6)),
 ]  # fmt: skip
 # Lines, handles and edges that mean something.
 MARKS = [
     ("ink", "region"), ("curve", "region"), ("curve", "panel"), ("rival", "region"), ("rival", "panel"),
     ("wrong", "region"), ("wrong", "panel"), ("accent", "panel"), ("accent", "region"), ("control", "panel"),
     ("good", "panel"), ("ink", "grid"), ("accent", "grid"), ("link", "link-core", 1.5),
-    *((f"joint-{k}", "region") for k in range(8)),
+    *((f"joint-{k}", "region") for k in range(8)), *((f"obstacle-{k}", "region") for k in range(6)),
 ]  # fmt: skip
 
 # Machado, Oliveira and Fernandes 2009, severity 1, on linear RGB.
@@ -107,5 +108,5 @@ def test_joints_have_dashes_of_their_own():
 def test_every_colour_used_is_one_of_the_scheme():
     rules = CSS.partition("* { box-sizing")[2]
     assert not re.findall(r"#[0-9a-fA-F]{3,8}\b(?![^{]*\{)", rules)
-    used = set(re.findall(r"var\(--([\w-]+)\)", CSS)) - {"c", "shadow"}
+    used = set(re.findall(r"var\(--([\w-]+)\)", CSS)) - {"c", "o", "shadow"}
     assert used <= set(colours("light"))

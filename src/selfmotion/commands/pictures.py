@@ -15,8 +15,9 @@ from selfmotion.errors import InvalidInputError
 from selfmotion.failures import blocked_object
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
+    from selfmotion.domain import AngleDomain
     from selfmotion.errors import Blocked
     from selfmotion.exchange import OutputFolder
     from selfmotion.problem import Problem
@@ -32,7 +33,6 @@ def domain(
     from selfmotion.arms import PlanarArm
     from selfmotion.domain import AngleDomain
     from selfmotion.exchange import OutputFolder, load_problem, structure_lines, structure_object
-    from selfmotion.plot import draw_domain, figure, image_files
 
     case, _ = load_problem(problem)
     folder = OutputFolder(out, force)
@@ -53,10 +53,7 @@ def domain(
         case.arm.branches[branch]: [sampled[branch].interval_set(k).intervals.tolist() for k in range(len(case.rows))]
         for branch in case.elbow_branches
     }
-    with figure(width=3.5 * len(elbows), height=3.6, columns=len(elbows)) as (canvas, axes):
-        for branch, one in zip(case.elbow_branches, axes, strict=True):
-            draw_domain(one, feasible, branch, causes=True)
-        files = image_files("domain", canvas)
+    files = _with_causes(feasible, case.elbow_branches)
     result = {
         "status": "drawn",
         "blocked": [blocked_object(part) for part in blocked] or None,
@@ -71,19 +68,36 @@ def domain(
     say(json_text(result) if as_json else "\n".join(lines))
 
 
+def _with_causes(domain: AngleDomain, branches: Sequence[int]) -> dict[str, bytes]:
+    """Return the picture of all branches of a domain side by side, with what bounds it."""
+    from selfmotion.plot import draw_domain, figure, image_files
+
+    count = len(branches)
+    with figure(width=3.5 * count, height=3.6, columns=count) as (canvas, axes):
+        for branch, one in zip(branches, axes, strict=True):
+            draw_domain(one, domain, branch, causes=True)
+        return image_files("domain", canvas)
+
+
 def _sampled_domain(case: Problem, source: str, folder: OutputFolder, out: str, as_json: bool) -> None:
     """Draw the angle domain of an arm whose structure along a path is not told."""
+    from selfmotion.constrained.arm import unconstrained
     from selfmotion.domain import AngleDomain, SampledDomain
     from selfmotion.exchange import sampled_lines, sampled_object
     from selfmotion.plot import sampled_domain_figure
 
     try:
-        sampled = SampledDomain(AngleDomain(case.arm.self_motion(), case.path), case.elbow_branches)
+        feasible = AngleDomain(case.arm.self_motion(), case.path, case.elbow_branches)
+        sampled = SampledDomain(feasible, case.elbow_branches)
     except InvalidInputError as error:
         raise error.inside(source=source) from None
     blocked = case.blocked
     result = {"status": "drawn", "blocked": [blocked_object(part) for part in blocked] or None, "version": __version__}
-    files = sampled_domain_figure(sampled)
+    files = (
+        _with_causes(feasible, case.elbow_branches)
+        if unconstrained(case.arm).has_structure
+        else sampled_domain_figure(sampled)
+    )
     files["domain.json"] = json_text({**result, **sampled_object(sampled)}).encode()
     folder.write(files)
     lines = [f"angle domain on {len(sampled.branches)} branches at {len(sampled.r)} places, written to {out}"]

@@ -68,7 +68,7 @@ class ConstrainedArm:
         """
         postures = np.asarray(q, dtype=float)
         flat = postures.reshape(-1, postures.shape[-1])
-        found = [constraint.margins(flat).min(axis=1, initial=np.inf) for constraint in self.constraints]
+        found = [constraint.least_margins(flat)[0] for constraint in self.constraints]
         return np.stack(found, axis=-1).reshape(*postures.shape[:-1], len(found))
 
     def relaxed(self, slack: ArrayLike, upper: ArrayLike | None = None) -> ConstrainedArm:

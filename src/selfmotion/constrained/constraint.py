@@ -46,6 +46,10 @@ class Constraint(Protocol):
         """
         ...
 
+    def least_margins(self, q: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return the least margin of postures (k, n), and which it is; shapes (k,)."""
+        ...
+
     def gradients(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the margins (k, m) and their derivatives by the joints (k, m, n)."""
         ...

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from selfmotion._checks import positive
-from selfmotion._types import FloatArray
+from selfmotion._types import FloatArray, IntArray
 from selfmotion.arms import RedundantArm
 from selfmotion.arms.cells import Cells
 from selfmotion.constrained.constraint import States
@@ -62,6 +62,10 @@ class SingularityMargin:
         """Return the least singular value less what is asked for, shape (k, 1)."""
         values = np.linalg.svd(self._jacobian(q), compute_uv=False)
         return np.asarray(values[:, -1:] - self.least)
+
+    def least_margins(self, q: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return the margin and that it is the first, shapes (k,)."""
+        return self.margins(q)[:, 0], np.zeros(len(q), np.int64)
 
     def gradients(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the margins (k, 1) and their derivatives ``uᵀ ∂J/∂θ_j v`` by the joints (k, 1, n)."""

@@ -14,6 +14,7 @@ from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms import RedundantArm, SelfMotion
 from selfmotion.arms.cells import Cover
 from selfmotion.constrained import why_empty
+from selfmotion.constrained.self_motion import ConstrainedSelfMotion
 from selfmotion.domain.feasible import FeasibleArcs, feasible_arcs
 from selfmotion.domain.structure import DomainStructure
 from selfmotion.domain.sweep import Sweep, sweep
@@ -77,6 +78,12 @@ class AngleDomain:
         """
         index = branch_index(self.self_motion.branches, branch)
         return self.sample([r])[index].interval_set(0)
+
+    @cached_property
+    def unconstrained(self) -> AngleDomain:
+        """The domain without constraints beyond joint limits; the same if there are none."""
+        motion = self.self_motion
+        return AngleDomain(motion.free, self.path, self.branches) if isinstance(motion, ConstrainedSelfMotion) else self
 
     @cached_property
     def structure(self) -> DomainStructure:

@@ -24,6 +24,7 @@ from selfmotion.plot.evolution import draw_evolution
 from selfmotion.plot.flow import draw_flow, flow_height
 from selfmotion.plot.joints import draw_each_joint, draw_joints, draw_parameter
 from selfmotion.plot.modules import draw_modules
+from selfmotion.plot.obstacles import draw_links, draw_obstacles
 from selfmotion.plot.optimum import draw_optimum, draw_tube
 from selfmotion.plot.path import draw_path, draw_postures
 from selfmotion.plot.proof import draw_proof
@@ -147,7 +148,9 @@ __all__ = [
     "draw_extreme_postures",
     "draw_flow",
     "draw_joints",
+    "draw_links",
     "draw_modules",
+    "draw_obstacles",
     "draw_optimum",
     "draw_parameter",
     "draw_path",

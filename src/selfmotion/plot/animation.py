@@ -18,6 +18,7 @@ from selfmotion.angles import TAU
 from selfmotion.domain import angle_domain
 from selfmotion.errors import InvalidInputError, MissingExtraError
 from selfmotion.plot.domain import draw_domain
+from selfmotion.plot.obstacles import draw_obstacles, in_view
 from selfmotion.plot.plane import draw_base, frame
 from selfmotion.plot.style import COLORS, GREY, INK, figure
 from selfmotion.problem import Problem
@@ -192,8 +193,9 @@ class _Arm:
         self.traces = arm.forward(motion.at(np.maximum(r[:, None] + back, r[0]).ravel())).reshape(len(r), -1, 2)
         x = problem.path(problem.path.grid(800))
         axes.plot(x[:, 0], x[:, 1], color=GREY, linewidth=0.9)
+        draw_obstacles(axes, arm)
         draw_base(axes)
-        frame(axes, np.vstack([self.chains.reshape(-1, 2), x, [[0.0, 0.0]]]), margin=0.08)
+        frame(axes, np.vstack([self.chains.reshape(-1, 2), x, [[0.0, 0.0]], in_view(arm)]), margin=0.08)
         colors = np.tile([*to_rgb(COLORS[0]), 1.0], (_SEGMENTS, 1))
         colors[:, 3] = np.linspace(0.0, 1.0, _SEGMENTS)
         self.trace = LineCollection([], colors=colors, linewidths=2.6, animated=True, zorder=3)

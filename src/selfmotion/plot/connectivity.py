@@ -9,6 +9,7 @@ import numpy as np
 
 from selfmotion._types import FloatArray
 from selfmotion.breaks import Break
+from selfmotion.plot.obstacles import draw_links, in_view
 from selfmotion.plot.path import draw_path
 from selfmotion.plot.plane import draw_base, draw_chain, frame
 from selfmotion.plot.style import COLORS, DASHES, shades
@@ -37,6 +38,7 @@ def draw_samples(axes: Axes, problem: Problem, r: FloatArray, q: FloatArray, bre
     rows = np.unique(np.searchsorted(r, np.linspace(r[0], r[-1], _POSTURES)).clip(0, len(r) - 1))
     points = problem.arm.joint_positions(q[rows])
     for chain, color in zip(points, shades(len(rows)), strict=True):
+        draw_links(axes, problem.arm, chain, color=color)
         draw_chain(axes, chain, color=color)
     chosen = np.linspace(0, len(breaks) - 1, min(len(breaks), _MOST_MARKED)).astype(int)
     marked = [breaks[k] for k in chosen]
@@ -47,7 +49,7 @@ def draw_samples(axes: Axes, problem: Problem, r: FloatArray, q: FloatArray, bre
             draw_chain(axes, chain, color=COLORS[1], linestyle=dash, linewidth=1.3, zorder=4)
             shown.append(chain)
     draw_base(axes)
-    frame(axes, np.vstack([*shown, problem.path(np.linspace(0, 1, 201))]))
+    frame(axes, np.vstack([*shown, problem.path(np.linspace(0, 1, 201)), in_view(problem.arm)]))
     count = f"{len(breaks)} break{'s' * (len(breaks) > 1)}"
     axes.set_title(
         (count if len(marked) == len(breaks) else f"{count}, {len(marked)} marked") if breaks else "connected"

@@ -9,7 +9,9 @@ import numpy as np
 from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.arms import Cause, RedundantArm
 from selfmotion.domain import SampledDomain
+from selfmotion.domain.holes import is_contact
 from selfmotion.plot.domain import legend_below
+from selfmotion.plot.holes import fill_holes, in_window
 from selfmotion.plot.style import COLORS, COLUMN, GREY, INK, REGION, figure, image_files
 from selfmotion.plot.window import Window
 
@@ -33,11 +35,13 @@ def draw_sampled_domain(
     motion: tuple[FloatArray, FloatArray, BoolArray] | None = None,
     window: Window | None = None,
     named: bool = True,
+    extent: tuple[float, float] | None = None,
 ) -> None:
     """Draw the angle domain of one branch of an arm in space.
 
     A limit has its joint's colour, an upper one is solid and a lower one dashed. Folds, where the motion may go on on
-    another branch, are black: solid where wrists meet, dotted where the elbow is stretched or folded.
+    another branch, are black: solid where wrists meet, dotted where the elbow is stretched or folded. Holes that
+    obstacles make are filled in the obstacle's colour.
 
     Parameters
     ----------
@@ -50,8 +54,10 @@ def draw_sampled_domain(
         The turn of u that is shown, from −π to π by default.
     named : bool
         Whether to name limits and folds below the axes.
+    extent : tuple of float, optional
+        The range of u that is shown, by default what is feasible.
     """
-    strips = sampled.strips(branch)
+    strips, holes = sampled.strips(branch), sampled.holes(branch)
     shown = Window(0.0) if window is None else window
     for strip in strips:
         for low, high in shown.copies(strip):
@@ -60,7 +66,7 @@ def draw_sampled_domain(
     for causes, r, u in shown.boundary([strip for strip in strips if any(strip.causes)]):
         curves.setdefault(min(causes, key=order), []).append((r, u))
     seen: set[str] = set()
-    for cause in sorted(curves, key=order):
+    for cause in sorted(filter(lambda one: not is_contact(one), curves), key=order):
         name = name_of(cause)
         for r, u in curves[cause]:
             axes.plot(r, u, label=None if name in seen else name, **_look(cause))
@@ -68,7 +74,8 @@ def draw_sampled_domain(
     if motion is not None:
         _draw_motion(axes, shown, *motion)
     axes.set_xlim(0.0, 1.0)
-    axes.set_ylim(*_extent(strips, shown))
+    axes.set_ylim(*extent or _extent([*strips, *(part for hole in holes for part in hole.strips)], shown))
+    fill_holes(axes, [(hole, *in_window(hole, shown)) for hole in holes])
     axes.set_xlabel("path parameter r")
     axes.set_ylabel(parameter_name(sampled))
     axes.set_title(sampled.domain.self_motion.branches[branch] + ("" if strips else ": nothing is feasible"))
@@ -102,14 +109,14 @@ def sampled_domain_figure(
     rows = 1 if len(branches) <= _ONE_ROW else 2
     columns = -(-len(branches) // rows)
     strips = [strip for branch in branches for strip in sampled.strips(branch)]
+    strips += [strip for branch in branches for hole in sampled.holes(branch) for strip in hole.strips]
     window = Window(0.0)
     remark = _remark(sampled, hidden)
     size = {"width": max(COLUMN, 0.6 + 1.75 * columns), "height": 0.9 + 1.75 * rows + 0.15 * len(remark.splitlines())}
     with figure(**size, columns=columns, rows=rows) as (canvas, panels):
         for number, (branch, axes) in enumerate(zip(branches, panels, strict=False)):
             mine = None if motion is None else (motion[0], motion[1], motion[2] == branch)
-            draw_sampled_domain(axes, sampled, branch, mine, window, named=False)
-            axes.set_ylim(*_extent(strips, window))
+            draw_sampled_domain(axes, sampled, branch, mine, window, named=False, extent=_extent(strips, window))
             axes.set_xticks([0, 0.5, 1], ["0", "0.5", "1"])
             if number % columns:
                 axes.set_ylabel("")
@@ -142,9 +149,9 @@ def _is_wrist(cause: Cause) -> bool:
 
 
 def order(cause: Cause) -> tuple[int, int, bool, float]:
-    """Return what is shown first: limits before folds, which they cover where they coincide."""
-    kinds = {"upper limit": 0, "lower limit": 0, "fold": 1, "free": 2, "marker": 3}
-    return kinds[cause.kind], cause.joint, cause.kind == "lower limit", cause.value
+    """Return what is shown first: limits before contacts and folds, which they cover where they coincide."""
+    kinds = {"upper limit": 0, "lower limit": 0, "fold": 2, "free": 3, "marker": 4}
+    return kinds.get(cause.kind, 1), cause.joint, cause.kind == "lower limit", cause.value
 
 
 def _look(cause: Cause) -> dict[str, Any]:

@@ -8,8 +8,9 @@ import numpy as np
 
 from selfmotion._types import FloatArray
 from selfmotion.arms import Cause
-from selfmotion.domain import AngleDomain, Event
+from selfmotion.domain import AngleDomain, Event, SampledDomain
 from selfmotion.domain.strips import strips
+from selfmotion.plot.holes import fill_holes, in_window
 from selfmotion.plot.style import COLORS, DASHES, INK, REGION
 from selfmotion.plot.window import Window
 
@@ -49,6 +50,7 @@ def draw_domain(
     ----------
     axes : Axes
     domain : AngleDomain
+        Of an arm with constraints the domain that joint limits leave is drawn, with the holes that constraints make.
     branch : int
     curves : mapping, optional
         Label to (r, u), both of shape (k,).
@@ -57,7 +59,9 @@ def draw_domain(
         one long dashes and an upper one short dashes, with one dot fewer between them than its joint's number. Folds
         are solid; where a limit coincides with one, the limit is shown.
     """
-    shown = strips(domain.structure, branch)
+    free = domain.unconstrained
+    shown = strips(free.structure, branch)
+    holes = [] if free is domain else SampledDomain(domain, [branch]).holes(branch)
     window = Window.around(shown)
     values = [np.array([-np.pi, np.pi])] if not shown else []
     for strip in shown:
@@ -68,7 +72,7 @@ def draw_domain(
     boundary = window.boundary(shown)
     if causes:
         _draw_causes(axes, boundary)
-        _draw_events(axes, domain.structure.events, branch, window)
+        _draw_events(axes, free.structure.events, branch, window)
     else:
         for _, r, u in boundary:
             axes.plot(r, u, color=INK, linewidth=0.8)
@@ -80,6 +84,7 @@ def draw_domain(
     margin = 0.06 * max(float(np.ptp(extent)), 1e-3)
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(extent.min() - margin, extent.max() + margin)
+    fill_holes(axes, [(hole, *in_window(hole, window)) for hole in holes])
     axes.set_xlabel("path parameter r")
     axes.set_ylabel("redundancy parameter u [rad]")
     remark = ": empty" if not shown else "" if axes.collections else ": single postures only"

@@ -11,10 +11,11 @@ from selfmotion._types import FloatArray, IntArray
 from selfmotion.arms import RedundantArm
 from selfmotion.certificate.result import Certificate, TubeSlice
 from selfmotion.certificate.verdict import percent, proved_within, verdict
-from selfmotion.domain import angle_domain
+from selfmotion.domain import AngleDomain, SampledDomain, angle_domain
 from selfmotion.errors import InvalidInputError
 from selfmotion.plans import Plan
 from selfmotion.plot.domain import legend_below
+from selfmotion.plot.holes import Piece, fill_holes
 from selfmotion.plot.style import COLORS, DASHES, GREY, INK, REGION
 from selfmotion.plot.unfolding import Unfolding
 
@@ -57,7 +58,8 @@ def draw_optimum(axes: Axes, plan: Plan, rivals: Mapping[str, Plan] | None = Non
     one, if there is one. It is proved at the slices, and drawn straight between them.
     """
     certificate, arm, rivals = _certificate(plan), plan.problem.arm, rivals or {}
-    chart = Unfolding(angle_domain(arm, plan.problem.path))
+    domain = angle_domain(arm, plan.problem.path)
+    chart = Unfolding(domain)
     extent = _draw_domain(axes, chart)
     for k, (label, motion) in enumerate({"shortest known": plan, **rivals}.items()):
         extent.append(_draw_motion(axes, chart, motion, k, label))
@@ -67,6 +69,7 @@ def draw_optimum(axes: Axes, plan: Plan, rivals: Mapping[str, Plan] | None = Non
     margin = 0.04 * max(float(np.nanmax(values) - np.nanmin(values)), 1e-3)
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(np.nanmin(values) - margin, np.nanmax(values) + margin)
+    _fill_holes(axes, chart, domain)
     axes.set_xlabel("path parameter r")
     _name_ordinates(axes, chart)
     cheapest = min((rival.cost for rival in rivals.values()), default=None)
@@ -104,6 +107,22 @@ def _draw_domain(axes: Axes, chart: Unfolding) -> list[FloatArray]:
             axes.axhline(y, color=GREY, linewidth=0.7, linestyle=(0, (5, 3)) if seam else (0, (1, 2)), zorder=1.5)
         extent.append(np.array([-np.pi, np.pi]))
     return extent or [np.array([-np.pi, np.pi])]
+
+
+def _fill_holes(axes: Axes, chart: Unfolding, domain: AngleDomain) -> None:
+    """Fill what constraints beyond joint limits take out of the domain."""
+    if domain.unconstrained is domain:
+        return
+    sampled, found = SampledDomain(domain, chart.used), []
+    for branch in chart.used:
+        for hole in sampled.holes(branch):
+            pieces = [
+                Piece(part.r, part.low, part.high, bool(strip.causes[0]))
+                for strip in hole.strips for part in chart.placed(strip, branch) if (part.high > part.low).any()
+            ]  # fmt: skip
+            r, u = (np.array([value]) for value in hole.at)
+            found.append((hole, pieces, (hole.at[0], float(chart.ordinate(r, u, np.array([branch]))[0]))))
+    fill_holes(axes, found)
 
 
 def _draw_motion(axes: Axes, chart: Unfolding, plan: Plan, look: int, label: str) -> FloatArray:

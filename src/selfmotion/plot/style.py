@@ -20,6 +20,8 @@ GREY = "#8a8a8a"
 REGION = "#dce6ee"
 BEYOND = "#ececec"
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+OBSTACLES = ("#7b3294", "#8c510a", "#4d7c0f", "#b3123b", "#35688c", "#6b6b00")
+"""Colours of obstacles, apart from those of joints."""
 DASHES = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)), (0, (3, 1)), (0, (8, 2)))
 
 _SETTINGS: dict[Any, Any] = {
@@ -42,6 +44,14 @@ _SETTINGS: dict[Any, Any] = {
 }
 COLUMN = 3.5
 """Width of one printed column [inch]."""
+
+
+def tinted(color: str, part: float = 0.3) -> tuple[float, float, float]:
+    """Return a colour mixed with white, `part` of it being the colour."""
+    from matplotlib.colors import to_rgb
+
+    red, green, blue = (1.0 - part * (1.0 - level) for level in to_rgb(color))
+    return red, green, blue
 
 
 def shades(count: int) -> list[tuple[float, float, float]]:

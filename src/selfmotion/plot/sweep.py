@@ -11,6 +11,7 @@ from selfmotion._types import BoolArray, FloatArray
 from selfmotion.angles import nearest_turn
 from selfmotion.domain import Sweep, angle_domain
 from selfmotion.errors import InvalidInputError
+from selfmotion.plot.obstacles import draw_links, draw_obstacles, in_view
 from selfmotion.plot.plane import draw_angle, draw_base, draw_chain, draw_label, frame, whole_turn
 from selfmotion.plot.style import COLORS, DASHES, GREY, INK, REGION, shades
 from selfmotion.problem import Problem
@@ -71,6 +72,7 @@ def draw_extreme_postures(axes: Axes, problem: Problem, r: float = 0.0, branch: 
     for chain, name in zip(chains, ("B: minimum", "A: maximum"), strict=True):
         draw_label(axes, name, 0.3 * chain[1] + 0.7 * chain[2], _aside(chain[2] - chain[1], target), width=48.0)
     _point(axes, problem, r)
+    draw_obstacles(axes, problem.arm)
     draw_base(axes)
     frame(axes, np.vstack([*chains, [[0.5 * size, 0]], chains[:, 2] + [0.24 * size, 0]]), margin=0.16)
     axes.set_title("maximum and minimum posture")
@@ -144,10 +146,12 @@ def draw_sweep(axes: Axes, problem: Problem, r: float = 0.0, branch: int | str =
         everything.append(chains.reshape(-1, 2))
         for k, (chain, color) in enumerate(zip(chains, shades(len(chains)), strict=True)):
             extreme = k in (0, len(chains) - 1)
+            draw_links(axes, problem.arm, chain, color=color)
             draw_chain(axes, chain, color=color, linewidth=1.6 if extreme else 0.8)
     _point(axes, problem, r)
+    draw_obstacles(axes, problem.arm)
     draw_base(axes)
-    frame(axes, np.vstack(everything))
+    frame(axes, np.vstack([*everything, in_view(problem.arm)]))
     name = problem.arm.branches[branch_index(problem.arm.branches, branch)]
     axes.set_title(f"{name} elbow" if parts else f"{name} elbow: nothing is feasible here")
 

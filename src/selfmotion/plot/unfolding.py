@@ -72,7 +72,7 @@ class Unfolding:
     """
 
     def __init__(self, domain: AngleDomain) -> None:
-        self._domain = domain
+        self._domain = domain = domain.unconstrained
         self._strips = {branch: strips(domain.structure, branch) for branch in range(len(domain.self_motion.branches))}
         self.used = tuple(branch for branch, shown in self._strips.items() if shown)
         both = len(self.used) == 2
@@ -167,11 +167,15 @@ class Unfolding:
         return {self._window.center: "positive elbow", self._window.center + self._above: "negative elbow"}
 
     def parts(self) -> list[Part]:
-        """Return the domain in the chart."""
-        put = {"one": self._plain if self._folds else self._shifted, "around": self._around, "apart": self._shifted}
+        """Return the domain in the chart, without constraints beyond joint limits."""
         return [
-            part for branch, shown in self._strips.items() for strip in shown for part in put[self.kind](strip, branch)
+            part for branch, shown in self._strips.items() for strip in shown for part in self.placed(strip, branch)
         ]
+
+    def placed(self, strip: Strip, branch: int) -> list[Part]:
+        """Return a strip of a branch in the chart."""
+        put = {"one": self._plain if self._folds else self._shifted, "around": self._around, "apart": self._shifted}
+        return put[self.kind](strip, branch)
 
     def _shifted(self, strip: Strip, branch: int) -> list[Part]:
         shift, (bottom, top) = self._above * (branch == 1), self._window.center + np.array([-np.pi, np.pi])

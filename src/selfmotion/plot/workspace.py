@@ -9,6 +9,7 @@ import numpy as np
 
 from selfmotion.arms import PlanarArm, Radii
 from selfmotion.paths import Path
+from selfmotion.plot.obstacles import draw_obstacles
 from selfmotion.plot.plane import draw_base, draw_circle, frame, ray
 from selfmotion.plot.style import COLORS, GREY, INK, REGION
 
@@ -64,6 +65,7 @@ def draw_workspace(axes: Axes, arm: PlanarArm, path: Path | None = None) -> None
     if path is not None:
         x = path(path.grid(800))
         axes.plot(x[:, 0], x[:, 1], color=COLORS[0], linewidth=1.8, zorder=3)
+    draw_obstacles(axes, arm)
     draw_base(axes)
     frame(axes, center + outer * np.array([[-1.0, -1.0], [1.0, 1.0]]), margin=0.03)
     axes.set_xlim(right=center[0] + 1.95 * outer)

@@ -126,6 +126,56 @@ def margins_all(capsules: Capsules, shapes: Shapes, pairs: Pairs, q: FloatArray,
 
 
 @kernel
+def least_all(
+    capsules: Capsules,
+    shapes: Shapes,
+    pairs: Pairs,
+    balls: FloatArray,
+    q: FloatArray,
+    found: FloatArray,
+    which: IntArray,
+) -> None:
+    """Fill in the least margin (k,) of postures (k, n), and the pair that it is of.
+
+    Shape m lies in the ball `balls` (m, 4) of a centre and a radius: what that keeps away is not looked at closer.
+    """
+    n, c = q.shape[1], len(capsules.frame)
+    axes, centers, points = np.empty((n, 3)), np.empty((n, 3)), np.empty((c, 2, 3))
+    at, normal = np.empty((2, 3)), np.empty(3)
+    for k in range(len(q)):
+        place(capsules, q[k], axes, centers, points)
+        found[k], which[k] = np.inf, 0
+        for p in range(len(pairs.link)):
+            if not _is_farther(pairs, p, points, balls, found[k]):
+                here = margin(shapes, pairs, p, points, at, normal)
+                if here < found[k]:
+                    found[k], which[k] = here, p
+
+
+@kernel
+def _is_farther(pairs: Pairs, p: int, points: FloatArray, balls: FloatArray, margin: float) -> bool:
+    """Return whether pair p surely has more than `margin`, as the balls about its two parts tell."""
+    c, other = pairs.link[p], pairs.other[p]
+    square, radius, half = 0.0, pairs.needed[p] + margin, 0.0
+    for i in range(3):
+        middle = 0.5 * (points[c, 0, i] + points[c, 1, i])
+        half += (points[c, 1, i] - middle) ** 2
+        if other >= 0:
+            square += (middle - balls[other, i]) ** 2
+        else:
+            square += (middle - 0.5 * (points[-1 - other, 0, i] + points[-1 - other, 1, i])) ** 2
+    radius += np.sqrt(half)
+    if other >= 0:
+        radius += balls[other, 3]
+    else:
+        half = 0.0
+        for i in range(3):
+            half += (0.5 * (points[-1 - other, 1, i] - points[-1 - other, 0, i])) ** 2
+        radius += np.sqrt(half)
+    return radius < 0.0 or square > radius * radius
+
+
+@kernel
 def gradients_all(
     capsules: Capsules, shapes: Shapes, pairs: Pairs, q: FloatArray, found: FloatArray, gradient: FloatArray
 ) -> None:

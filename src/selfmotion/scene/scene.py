@@ -7,18 +7,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from selfmotion._checks import number
-from selfmotion._types import FloatArray
+from selfmotion._types import FloatArray, IntArray
 from selfmotion.arms import RedundantArm
 from selfmotion.arms.cells import Cells
 from selfmotion.constrained.constraint import States
 from selfmotion.errors import InvalidInputError
 from selfmotion.paths.base import PLANE, SPACE
 from selfmotion.scene import _capsule_kernels as kernels
+from selfmotion.scene.kinds import BOX, CAPSULE, POLYGON, SPHERE
 from selfmotion.scene.links import Links
 from selfmotion.scene.mesh import MeshObstacle
 from selfmotion.scene.obstacle import Obstacle
 
 _TOLERANCE = 1e-9  # of clearance, as a part of the reach
+_ROUNDING = 1e-12  # of the size of a ball
 
 
 class Scene:
@@ -83,6 +85,7 @@ class Scene:
             np.cumsum([0, *(len(numbers) for _, numbers in forms)]).astype(np.int64),
             np.concatenate([np.empty(0), *(numbers for _, numbers in forms)]),
         )
+        self._balls = np.array([_ball(*form) for form in forms]).reshape(-1, 4)
         moving = np.flatnonzero(links.frame >= 0)
         inner = links.pairs if self_collision else np.empty((0, 2), np.int64)
         against = [(c, k, links.radius[c] + self.clearance) for k in range(len(solid)) for c in moving]
@@ -107,6 +110,18 @@ class Scene:
             return found
         points = self._points(postures)
         return np.concatenate([found, self._from_meshes(points)[0]], axis=1)
+
+    def least_margins(self, q: FloatArray) -> tuple[FloatArray, IntArray]:
+        """Return the least margin of postures (k, n), and which it is; shapes (k,)."""
+        postures = np.ascontiguousarray(q, dtype=float)
+        found, which = np.empty(len(postures)), np.empty(len(postures), np.int64)
+        kernels.least_all(self._capsules, self._shapes, self._pairs, self._balls, postures, found, which)
+        if not self._of_meshes:
+            return found, which
+        margins = self._from_meshes(self._points(postures))[0]
+        mesh = margins.argmin(axis=1)
+        nearest = margins[np.arange(len(postures)), mesh]
+        return np.minimum(found, nearest), np.where(nearest < found, len(self._pairs.link) + mesh, which)
 
     def gradients(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the margins of postures (k, n) and their derivatives by the joints, (k, pairs) and (k, pairs, n)."""
@@ -200,3 +215,19 @@ class Scene:
             distance, at[:, column], normal[:, column] = nearest(points[:, c, 0], points[:, c, 1])
             found[:, column] = distance - needed
         return found, at, normal
+
+
+def _ball(kind: int, numbers: FloatArray) -> FloatArray:
+    """Return the centre and the radius of a ball that holds a shape, shape (4,); infinite of a half-space."""
+    if kind == SPHERE:
+        return numbers
+    if kind == BOX:
+        return np.array([*numbers[:3], (1.0 + _ROUNDING) * np.linalg.norm(numbers[3:6])])
+    if kind == CAPSULE:
+        ends = numbers[:6].reshape(2, 3)
+        return np.array([*ends.mean(axis=0), (1.0 + _ROUNDING) * 0.5 * np.linalg.norm(ends[1] - ends[0]) + numbers[6]])
+    if kind == POLYGON:
+        corners = numbers[1:].reshape(-1, 2)
+        middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+        return np.array([*middle, 0.0, (1.0 + _ROUNDING) * np.linalg.norm(corners - middle, axis=1).max()])
+    return np.array([0.0, 0.0, 0.0, np.inf])

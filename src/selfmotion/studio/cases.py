@@ -63,6 +63,21 @@ CASES = (
         },
     ),
     Case(
+        "three-discs",
+        "The same arm between three discs: each takes a piece of the angle domain, and the motion goes round them",
+        {
+            "arm": _ARM_3R,
+            "path": _PATH_3R,
+            "obstacles": [
+                {"name": "post", "circle": {"center": [30, 24], "radius": 4}},
+                {"name": "clamp", "circle": {"center": [40, -12], "radius": 4}},
+                {"name": "lamp", "circle": {"center": [14, -14], "radius": 3}},
+            ],
+            "clearance": 0.5,
+            "planner": {"kind": "global", "gap": 1e-3, "time_limit": 60},
+        },
+    ),
+    Case(
         "both-elbows",
         "3R arm without limits: the shortest motion changes the elbow, through a fold",
         {

@@ -14,6 +14,7 @@ from selfmotion.arms import PlanarArm, RedundantArm
 from selfmotion.arms.protocols import length_unit, u_period
 from selfmotion.certificate.result import TubeSlice
 from selfmotion.certificate.verdict import verdict
+from selfmotion.constrained import constraints_of, unconstrained
 from selfmotion.errors import InvalidInputError
 from selfmotion.exchange.plan_file import plan_bytes
 from selfmotion.motion import Motion
@@ -146,6 +147,7 @@ def curve_object(problem: Problem, hand: Hand, kind: str, settled: bool = True) 
         | known
         | {
             "margin": _margin(problem.arm, judged.rows.q) if check is None else check.min_limit_margin,
+            "margins": _kept(problem.arm, judged.rows.q) if check is None else check.margins,
             "tool_error": None if check is None else check.max_tracking_error,
             "max_step": _largest_step(judged.rows.q) if check is None else check.max_joint_step,
         }
@@ -166,6 +168,7 @@ def plan_motion(plan: Plan) -> dict[str, Any]:
         "cost_sampled": finite(plan.cost_sampled),
         "l1": finite(plan.l1_travel),
         "margin": check.min_limit_margin,
+        "margins": check.margins,
         "tool_error": check.max_tracking_error,
         "max_step": check.max_joint_step,
     }
@@ -214,7 +217,7 @@ class Judged(NamedTuple):
         motion = curve_motion(problem, hand)
         q = motion(r) if there.all() else _lifted(problem, principal, there)
         rows = Sampled(r, u, q)
-        wrong = _out_of_reach(arm, r, reach) + _outside_limits(arm, r, q)
+        wrong = _out_of_reach(arm, r, reach) + _outside_limits(arm, r, q) + _not_kept(arm, r, q)
         wrong += [_of_failure(problem, failure) for failure in _at_samples(problem, rows)]
         check = None
         if settled and not wrong:
@@ -226,7 +229,7 @@ class Judged(NamedTuple):
 
 def _solved(arm: RedundantArm, x: FloatArray, u: FloatArray, branch: int) -> tuple[FloatArray, FloatArray]:
     """Return postures, and how far inside reach they are: not negative where there is one."""
-    if isinstance(arm, PlanarArm):
+    if isinstance(unconstrained(arm), PlanarArm):
         q, margin = arm.solve_with_margin(x, u, branch)
         return q, np.where(margin >= -_ROUNDING * arm.reach, np.maximum(margin, 0.0), margin)
     q, ok = arm.solve(x, u, branch)
@@ -271,7 +274,11 @@ def _out_of_reach(arm: RedundantArm, r: FloatArray, reach: FloatArray) -> list[W
     for a, b in _stretches(reach < 0.0):
         short = -float(reach[a : b + 1].min())
         by = f" by {short:.3g}{'' if unit is None else f' {unit}'}" if np.isfinite(short) else ""
-        text = f"the first two links do not reach{by}" if isinstance(arm, PlanarArm) else "there is no such posture"
+        text = (
+            f"the first two links do not reach{by}"
+            if isinstance(unconstrained(arm), PlanarArm)
+            else "there is no such posture"
+        )
         found.append(Wrong(_ends(r, reach, a, b), "reach", None, finite(short), text))
     return found
 
@@ -291,6 +298,28 @@ def _outside_limits(arm: RedundantArm, r: FloatArray, q: FloatArray) -> list[Wro
                 text = f"{name} {side} limit by {by:.3g} {unit}"
                 found.append(Wrong(_ends(r, margin, a, b), "limit", j, by, text))
     return found
+
+
+def _not_kept(arm: RedundantArm, r: FloatArray, q: FloatArray) -> list[Wrong]:
+    """Return where constraints beyond joint limits are not kept, with what is kept least."""
+    found, there = [], np.isfinite(q).all(axis=-1)
+    for constraint in constraints_of(arm) if there.any() else ():
+        margin, which = np.full(len(r), np.nan), np.zeros(len(r), int)
+        margin[there], which[there] = constraint.least_margins(q[there])
+        with np.errstate(invalid="ignore"):
+            lacking = margin < -constraint.tolerance
+        for a, b in _stretches(lacking):
+            worst = a + int(margin[a : b + 1].argmin())
+            by = -float(margin[worst])
+            text = f"{constraint.cause(int(which[worst]))} by {by:.3g}{constraint.unit}"
+            found.append(Wrong(_ends(r, margin, a, b), constraint.check, None, by, text))
+    return found
+
+
+def _kept(arm: RedundantArm, q: FloatArray) -> dict[str, float]:
+    """Return what is left of each constraint beyond joint limits, by the name of its check."""
+    there = q[np.isfinite(q).all(axis=-1)]
+    return {part.check: float(part.least_margins(there)[0].min()) for part in constraints_of(arm)} if len(there) else {}
 
 
 def _at_samples(problem: Problem, rows: Sampled) -> list[Failure]:

@@ -12,12 +12,17 @@ from selfmotion._types import FloatArray, IntArray
 from selfmotion.angles import TAU, nearest_turn
 from selfmotion.arms import Cause, PlanarArm
 from selfmotion.arms.protocols import u_period
+from selfmotion.constrained import unconstrained
 from selfmotion.domain import Event, Run, SampledDomain, angle_domain
-from selfmotion.domain.sampled import LOOKS, followed
+from selfmotion.domain.holes import Hole, is_contact
+from selfmotion.domain.sampled import LOOKS
+from selfmotion.domain.strands import followed
 from selfmotion.domain.strips import Strip, strips
 from selfmotion.exchange.structure import sampled_lines, structure_lines
+from selfmotion.paths.base import PLANE
 from selfmotion.plot.curve_domain import order
 from selfmotion.plot.domain import events_on
+from selfmotion.plot.holes import contact_name, in_window, number_of
 from selfmotion.plot.window import Window
 from selfmotion.problem import Problem
 from selfmotion.studio.problems import MOST_BREAKS
@@ -27,7 +32,9 @@ _MARGIN = 0.06
 _EVERYTHING = "domain.json of the command selfmotion domain"
 _QUARTER = 0.5 * np.pi
 _FINE, _COARSE = (160, 180), (96, 108)  # rows of u and columns of r of a field
+_FEW_LOOKS, _FEW_ROUNDS = 48, 2  # along the path while something is dragged
 _known: WeakKeyDictionary[Problem, dict[str, Any]] = WeakKeyDictionary()
+_windows: WeakKeyDictionary[Problem, dict[int, Window]] = WeakKeyDictionary()
 
 
 class Around(NamedTuple):
@@ -76,7 +83,7 @@ def domain(problem: Problem, around: Around | None = None, settled: bool = True)
     elif problem.arm.has_structure or settled:
         found = _sampled(problem)
     else:
-        return None
+        return _sampled(problem, settled) if problem.arm.dimension == PLANE else None
     _known[problem] = found
     return found
 
@@ -85,7 +92,9 @@ def branch_window(problem: Problem, branch: int) -> Window:
     """Return the turn of u that the panel of a branch shows, for one redundant degree."""
     if problem.arm.has_structure and len(problem.path.breaks) <= MOST_BREAKS:
         return Window.around(strips(problem.structure, branch))
-    return Window(0.0)
+    if problem not in _windows:
+        domain(problem)
+    return _windows[problem].get(branch, Window(0.0))
 
 
 def _exact(problem: Problem) -> dict[str, Any]:
@@ -106,17 +115,23 @@ def _exact(problem: Problem) -> dict[str, Any]:
     }
 
 
-def _sampled(problem: Problem) -> dict[str, Any]:
+def _sampled(problem: Problem, settled: bool = True) -> dict[str, Any]:
     untold = _untold(problem)
+    windows = _windows[problem] = {}
     if untold is not None:
         return {"kind": "sampled", "panels": [], "structure": [untold]}
-    found = SampledDomain(angle_domain(problem.arm, problem.path), problem.elbow_branches, LOOKS)
-    panels = [
-        _panel(problem, branch, found.strips(branch), Window(0.0))
-        for branch in problem.elbow_branches
-        if found.stretches(branch)
-    ]
-    panels = [panel for panel in panels if panel["strips"]] or panels  # without those of single postures only
+    looked = (LOOKS,) if settled else (_FEW_LOOKS, _FEW_ROUNDS)
+    found = SampledDomain(angle_domain(problem.arm, problem.path), problem.elbow_branches, *looked)
+    panels = []
+    for branch in problem.elbow_branches:
+        shown, holes = found.strips(branch), found.holes(branch)
+        if not (found.stretches(branch) or holes):
+            continue
+        if unconstrained(problem.arm).has_structure:  # where the window is does not depend on what stands around
+            windows[branch] = Window.around([*shown, *(strip for hole in holes for strip in hole.strips)])
+        panels.append(_panel(problem, branch, shown, windows.get(branch, Window(0.0)), holes=holes))
+    # Without those of single postures only.
+    panels = [panel for panel in panels if panel["strips"] or panel["holes"]] or panels
     return {"kind": "sampled", "panels": panels, "structure": sampled_lines(found)}
 
 
@@ -131,14 +146,17 @@ def _untold(problem: Problem) -> str | None:
 
 def _panel(
     problem: Problem, branch: int, shown: Sequence[Strip], window: Window, events: Sequence[Event] = (),
-    component: int = 0, title: str | None = None, field: dict[str, Any] | None = None,
+    component: int = 0, title: str | None = None, field: dict[str, Any] | None = None, holes: Sequence[Hole] = (),
 ) -> dict[str, Any]:  # fmt: skip
     """Return one panel of strips in their window."""
     names = problem.arm.branches
     parts = [(strip.r, low, high) for strip in shown for low, high in window.copies(strip) if (high > low).any()]
     edges = [(min(causes, key=order), r, u) for causes, r, u in window.boundary([s for s in shown if any(s.causes)])]
+    edges = [edge for edge in edges if not is_contact(edge[0])]  # those are edges of holes
     values = [column for _, low, high in parts for column in (low, high)] + [u[np.isfinite(u)] for _, _, u in edges]
-    named = f"{names[branch]} elbow" if isinstance(problem.arm, PlanarArm) else names[branch]
+    told = [_hole(hole, window) for hole in holes]
+    values += [column for hole in told for part in hole["strips"] for column in (part["low"], part["high"])]
+    named = f"{names[branch]} elbow" if isinstance(unconstrained(problem.arm), PlanarArm) else names[branch]
     period = window.center - np.pi, window.center + np.pi
     return {
         "branch": branch,
@@ -146,13 +164,32 @@ def _panel(
         "title": named if title is None else title,
         "range": _range(values, period),
         "period": list(period),
-        "strips": [{"r": packed(r), "low": packed(low), "high": packed(high)} for r, low, high in parts],
+        "strips": [_strip(r, low, high) for r, low, high in parts],
+        "holes": [{**hole, "strips": [_strip(**part) for part in hole["strips"]]} for hole in told],
         "edges": [{"r": packed(r), "u": packed(u), "cause": cause_object(cause)} for cause, r, u in edges],
         "events": [
             {"r": e.r, "u": float(window.wrapped(np.asarray(e.u))), "kind": e.kind, "text": e.text(names)}
             for e in events
         ],
         "field": field,
+    }
+
+
+def _strip(r: FloatArray, low: FloatArray, high: FloatArray, **more: Any) -> dict[str, Any]:
+    return {"r": packed(r), "low": packed(low), "high": packed(high), **more}
+
+
+def _hole(hole: Hole, window: Window) -> dict[str, Any]:
+    """Return what an obstacle takes, with arrays: its number from 0, None if it is none, and how it is called."""
+    pieces, at = in_window(hole, window)
+    return {
+        "by": hole.by,
+        "number": number_of(hole.by),
+        "text": hole.cause,
+        "short": contact_name(hole.cause),
+        "at": list(at),
+        "size": hole.size,
+        "strips": [{"r": r, "low": low, "high": high, "ends": ends} for r, low, high, ends in pieces],
     }
 
 

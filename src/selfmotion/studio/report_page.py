@@ -18,8 +18,8 @@ from selfmotion.studio.scene import scene
 
 _PAGE = Path(__file__).parent / "page"
 _MODULES = (
-    "arm", "domain", "evolution", "hover", "joints", "looks", "numbers", "player", "plot", "pointer", "report", "space",
-    "spline", "svg", "verdict",
+    "arm", "domain", "evolution", "hover", "joints", "looks", "numbers", "obstacles", "player", "plot", "pointer",
+    "report", "space", "spline", "svg", "verdict",
 )  # fmt: skip
 _MOST_STORED = 1_000_000  # characters of a plan file that goes along
 _PLACEHOLDER = re.compile(r"\{\{(\w+)\}\}")

@@ -10,6 +10,7 @@ from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms import PlanarArm
 from selfmotion.arms.protocols import length_unit, u_period
+from selfmotion.constrained import constraints_of, unconstrained
 from selfmotion.domain import out_of_reach
 from selfmotion.domain.angle_domain import blocked_stretches, stretches
 from selfmotion.errors import Blocked
@@ -17,6 +18,7 @@ from selfmotion.paths import Path
 from selfmotion.paths.base import PLANE, SPACE
 from selfmotion.plot.workspace import same_circles
 from selfmotion.problem import Problem
+from selfmotion.scene import BoxObstacle, MeshObstacle, Obstacle, PolygonObstacle
 from selfmotion.studio.problems import MOST_BREAKS
 from selfmotion.studio.wire import finite, packed
 
@@ -24,6 +26,7 @@ _POINTS = 400  # of the path's picture
 _BESIDE = 1e-4  # where beside a break the path is shown as well
 _MOST_POINTS = 4000
 _MOST_HANDLES = 60
+_MOST_TRIANGLES = 300
 _FEW_LOOKS = 201  # for what is blocked while something is dragged
 _DRAGGED = {"bezier": ("control_points",), "waypoints": ("points",), "line": ("start", "end")}
 OBJECTIVE_NAMES = {
@@ -45,7 +48,7 @@ def scene(problem: Problem, data: dict[str, Any], settled: bool = True) -> dict[
     settled : bool
         False while something is dragged: then what is blocked is looked for at fewer places.
     """
-    arm, path = problem.arm, problem.path
+    arm, path, bare = problem.arm, problem.path, unconstrained(problem.arm)
     return {
         "dimension": PLANE if arm.dimension == PLANE else SPACE,
         "n": arm.n,
@@ -57,10 +60,13 @@ def scene(problem: Problem, data: dict[str, Any], settled: bool = True) -> dict[
         "joints": _joint_names(problem),
         "limits": [[finite(low), finite(high)] for low, high in zip(arm.limits.lower, arm.limits.upper, strict=True)],
         "slides": arm.limits.slides.tolist(),
-        "links": arm.links.tolist() if isinstance(arm, PlanarArm) else None,
+        "links": bare.links.tolist() if isinstance(bare, PlanarArm) else None,
+        "thickness": bare.thickness.tolist() if isinstance(bare, PlanarArm) else None,
+        "obstacles": [] if problem.scene is None else [_obstacle(part) for part in problem.scene.obstacles],
+        "clearance": 0.0 if problem.scene is None else problem.scene.clearance,
         "path": _path(path) | {"handles": _handles(data.get("path"))},
-        "reach": _reach(arm) if isinstance(arm, PlanarArm) else None,
-        "direction": arm.direction if isinstance(arm, PlanarArm) else None,
+        "reach": _reach(bare) if isinstance(bare, PlanarArm) else None,
+        "direction": bare.direction if isinstance(bare, PlanarArm) else None,
         "objective": problem.objective.kind,
         "objective_name": OBJECTIVE_NAMES.get(problem.objective.kind, problem.objective.kind),
         "samples": problem.samples,
@@ -70,6 +76,20 @@ def scene(problem: Problem, data: dict[str, Any], settled: bool = True) -> dict[
             {"r": list(part.r), "cause": part.cause, "text": blocked_text(part)} for part in _blocked(problem, settled)
         ],
     }
+
+
+def _obstacle(obstacle: Obstacle) -> dict[str, Any]:
+    """Return an obstacle as what is drawn: its fields as numbers, of a box its axes, of a mesh its triangles."""
+    fields = {name: getattr(obstacle, attribute) for attribute, name in obstacle.fields.items() if name}
+    if isinstance(obstacle, PolygonObstacle):
+        fields = {"corners": obstacle.corners}
+    elif isinstance(obstacle, BoxObstacle):
+        fields["rotation"] = obstacle.rotation
+    elif isinstance(obstacle, MeshObstacle):
+        every = -(-len(obstacle.triangles) // _MOST_TRIANGLES)
+        fields = {"triangles": obstacle.vertices[obstacle.triangles[::every]]}
+    plain = {name: np.asarray(value).tolist() for name, value in fields.items()}
+    return {"kind": obstacle.kind, "name": obstacle.name, **plain}
 
 
 def _joint_names(problem: Problem) -> list[str]:
@@ -130,11 +150,17 @@ def _reach(arm: PlanarArm) -> dict[str, Any]:
 
 
 def _blocked(problem: Problem, settled: bool) -> list[Blocked]:
-    """Return the stretches that no posture reaches; of arms in space, while one is dragged, only those out of reach."""
+    """Return the stretches that no posture reaches.
+
+    While something is dragged, of arms in space or between obstacles, only those out of reach. What obstacles block of
+    the path of an arm in space takes as long to tell as a plan, which tells it.
+    """
     arm, path = problem.arm, problem.path
+    if settled and arm.dimension != PLANE and constraints_of(arm):
+        return blocked_stretches(unconstrained(arm), path, problem.samples, problem.elbow_branches)
     if settled:
         return problem.blocked
-    if arm.dimension == PLANE:
+    if arm.dimension == PLANE and arm.has_structure:
         return blocked_stretches(arm, path, min(problem.samples, _FEW_LOOKS), problem.elbow_branches)
     found = stretches(lambda r: out_of_reach(arm, path(r)), path.grid(_FEW_LOOKS - 1))
     return [Blocked(ends, "out of reach", float(arm.shortfall(path(np.linspace(*ends, 101))).max())) for ends in found]

@@ -2,6 +2,7 @@
 
 import { jointName } from "selfmotion/looks";
 import { clamp, rowAt, shown } from "selfmotion/numbers";
+import { gripsOf, movedBy, planeShape } from "selfmotion/obstacles";
 import { held } from "selfmotion/pointer";
 import { html, lineThrough, svg } from "selfmotion/svg";
 
@@ -9,7 +10,8 @@ const GHOSTS = 13;
 const ARC = 34; // radius of a joint's limits [px]
 
 export class ArmView {
-  // `acts`: {path(k, point, settled), link(k, length, settled), limit(joint, side, value, settled), freehand(points)}; what
+  // `acts`: {path(k, point, settled), link(k, length, settled), limit(joint, side, value, settled), obstacle(k, change, settled),
+  // freehand(points)}; what
   // is new is a value, or a function of what is there, for keys that come faster than pictures.
   constructor(place, acts = {}) {
     this.acts = acts;
@@ -23,7 +25,7 @@ export class ArmView {
     this.readout = html("output", { class: "readout" });
     place.replaceChildren(this.root, this.readout);
     new ResizeObserver(() => this.redraw(true)).observe(this.root);
-    this.root.addEventListener("pointerdown", (event) => this.#freehand(event));
+    this.root.addEventListener("pointerdown", (event) => this.#carry(event) || this.#freehand(event));
     this.root.addEventListener("pointermove", (event) => {
       const at = this.scene && this.#under(event);
       this.readout.textContent = at ? `x = ${shown(at[0], 5)}, y = ${shown(at[1], 5)}${this.#unit}` : "";
@@ -68,6 +70,10 @@ export class ArmView {
         }
       }
     }
+    for (const { kind, center, radius, corners } of this.scene.obstacles ?? []) {
+      const around = kind === "circle" ? [-radius, radius].map((by) => center.map((value) => value + by)) : corners ?? [];
+      for (const [a, b] of around) if (Math.hypot(a, b) < 1.3 * (reach?.outer ?? Infinity)) { x.push(a); y.push(b); }
+    }
     const whole = this.wholeReach && reach ? reach.outer : 0;
     x.push(reach ? reach.center[0] - whole : 0, reach ? reach.center[0] + whole : 0);
     y.push(reach ? reach.center[1] - whole : 0, reach ? reach.center[1] + whole : 0);
@@ -111,6 +117,8 @@ export class ArmView {
         }
       }
     }
+    const look = { x: (value) => this.#x(value), y: (value) => this.#y(value), scale: this.fit.scale, far: 4 * (reach?.outer ?? 1), clearance: this.scene.clearance, aside: this.mode === "obstacles" };
+    (this.scene.obstacles ?? []).forEach((obstacle, k) => parts.push(planeShape(obstacle, k, look)));
     const count = path.x.shape[0];
     const d = (from, to) => lineThrough(to - from + 1, (k) => this.#x(path.x[2 * (from + k)]), (k) => this.#y(path.x[2 * (from + k) + 1]));
     parts.push(svg("path", { class: "path", d: d(0, count - 1) }));
@@ -158,14 +166,18 @@ export class ArmView {
       joints.push(svg("circle", { class: k ? "joint" : "joint base", cx: this.#x(points[2 * k]), cy: this.#y(points[2 * k + 1]), r: k ? 5 : 7 }));
     }
     const end = points.length - 2;
+    const wide = (this.scene.thickness ?? []).map((width, k) => (width > 0 ? svg("path", {
+      class: "thickness", "stroke-width": width * this.fit.scale,
+      d: `M${this.#x(points[2 * k])} ${this.#y(points[2 * k + 1])}L${this.#x(points[2 * k + 2])} ${this.#y(points[2 * k + 3])}`,
+    }) : null));
     const tool = svg("circle", { class: "tool", cx: this.#x(points[end]), cy: this.#y(points[end + 1]), r: 4.5 });
-    this.arm.replaceChildren(svg("path", { class: "links", d }), svg("path", { class: "links-core", d }), ...joints, tool);
+    this.arm.replaceChildren(...wide.filter(Boolean), svg("path", { class: "links", d }), svg("path", { class: "links-core", d }), ...joints, tool);
     if (this.mode === "arm") this.#drawHandles();
   }
 
   #drawHandles() {
     const focused = document.activeElement?.dataset?.handle;
-    const made = this.mode === "path" ? this.#pathHandles() : this.mode === "arm" ? this.#armHandles() : [];
+    const made = { path: () => this.#pathHandles(), arm: () => this.#armHandles(), obstacles: () => this.#obstacleHandles() }[this.mode]?.() ?? [];
     if (!this.dragged) {
       this.front.replaceChildren(...made);
       if (focused) this.front.querySelector(`[data-handle="${focused}"]`)?.focus({ preventScroll: true });
@@ -205,6 +217,36 @@ export class ArmView {
       this.dragged = false;
       if (last) move(last, true);
     });
+  }
+
+  #obstacleHandles() {
+    if (!this.acts.obstacle) return [];
+    return (this.scene.obstacles ?? []).flatMap((obstacle, k) => gripsOf(obstacle, k).map(({ name, label, at, to }) => this.#handle(
+      name, label, ...at, (place, settled) => this.acts.obstacle(k, (entry) => to(entry, place), settled),
+      (way, long) => this.acts.obstacle(k, (entry) => {
+        const here = gripsOf({ ...obstacle, ...(entry.polygon ? { corners: entry.polygon } : entry[obstacle.kind]) }, k).find((grip) => grip.name === name).at;
+        return to(entry, [0, 1].map((axis) => here[axis] + way[axis] * this.#step(long)));
+      }, true),
+    )));
+  }
+
+  // An obstacle in the hand: moved as a whole, from where it was.
+  #carry(event) {
+    const k = event.target.dataset?.obstacle;
+    if (k === undefined || event.button !== 0 || this.mode === "draw" || !this.acts.obstacle) return false;
+    event.preventDefault();
+    this.dragged = true;
+    const from = this.#under(event);
+    let was = null, last = null;
+    const put = (settled) => this.acts.obstacle(Number(k), (entry) => {
+      was ??= entry;
+      return movedBy(was, [last[0] - from[0], last[1] - from[1]]);
+    }, settled);
+    held((moved) => { last = this.#under(moved); put(false); }, () => {
+      this.dragged = false;
+      if (last) put(true);
+    });
+    return true;
   }
 
   #pathHandles() {

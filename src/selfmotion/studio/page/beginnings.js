@@ -16,6 +16,21 @@ function frameOf(scene) {
   return { middle: [(least[0] + most[0]) / 2, (least[1] + most[1]) / 2].map(round), size: round(size) };
 }
 
+// A new obstacle: where there is room, between the base and the path.
+export function beginObstacle(kind, scene) {
+  const { middle, size } = frameOf(scene), reach = scene.reach?.outer ?? 2 * (Math.hypot(...middle) || size);
+  const [x, y] = middle.map((value) => round(0.5 * value)), small = round(0.05 * reach), big = round(0.12 * reach);
+  return {
+    circle: { circle: { center: [x, y], radius: small } },
+    polygon: { polygon: [[x - small, y - small], [x + small, y - small], [x + small, y + small], [x - small, y + small]].map((point) => point.map(round)) },
+    half_plane: { half_plane: { point: [0, round(-0.6 * reach)], normal: [0, 1] } },
+    sphere: { sphere: { center: [x, y, big], radius: small } },
+    box: { box: { center: [x, y, big], size: [big, big, big] } },
+    capsule: { capsule: { from: [x, y, 0], to: [x, y, big], radius: round(0.5 * small) } },
+    half_space: { half_space: { point: [0, 0, -0.1], normal: [0, 0, 1] } },
+  }[kind];
+}
+
 export function sampledPoints(scene, count) {
   const { x } = scene.path, last = x.shape[0] - 1;
   return Array.from({ length: count }, (_, k) => {

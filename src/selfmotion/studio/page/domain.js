@@ -2,6 +2,7 @@
 
 import { causeLook } from "selfmotion/looks";
 import { clamp, placeIn, shown, TAU } from "selfmotion/numbers";
+import { obstacleLook } from "selfmotion/obstacles";
 import { Plot } from "selfmotion/plot";
 import { held } from "selfmotion/pointer";
 import { placesOf, splineAt } from "selfmotion/spline";
@@ -132,6 +133,7 @@ class Panel {
       );
       plot.inside.append(svg("path", { class: "region", d }));
     }
+    this.#drawHoles();
     this.#drawTube();
     for (const edge of data.edges) {
       const d = lineThrough(edge.r.length, (k) => plot.x(edge.r[k]), (k) => plot.y(edge.u[k]));
@@ -157,6 +159,47 @@ class Panel {
     this.#drawBead();
   }
 
+  // What obstacles take: filled in their colour, and named where there is room.
+  #drawHoles() {
+    const { plot, data } = this, { left, right, top, bottom } = plot.inner;
+    for (const hole of data.holes ?? []) {
+      const group = svg("g", { class: `hole ${obstacleLook(hole.number)}`, "data-by": hole.by }, svg("title", {}, hole.short));
+      for (const { r, low, high, ends } of hole.strips) {
+        const count = r.length, x = (k) => plot.x(r[k]);
+        group.append(svg("path", {
+          class: "taken", d: lineThrough(2 * count, (k) => x(k < count ? k : 2 * count - 1 - k), (k) => plot.y(k < count ? low[k] : high[2 * count - 1 - k]), true),
+        }));
+        const open = (k, end) => (high[k] > low[k] ? plot.y(end[k]) : NaN);
+        if (ends) for (const end of [low, high]) group.append(svg("path", { class: "rim", d: lineThrough(count, x, (k) => open(k, end)) }));
+      }
+      plot.inside.append(group);
+    }
+    this.named = [];
+    for (const hole of data.holes ?? []) {
+      const wide = 6.2 * hole.short.length + 8, y = clamp(plot.y(hole.at[1]) + 4, top + 12, bottom - 6);
+      const x = clamp(plot.x(hole.at[0]), left + wide / 2, right - wide / 2);
+      if (hole.size < 0.0005 * (data.range[1] - data.range[0]) || this.#isTaken(x, y, wide)) continue;
+      this.named.push({ x, y, wide });
+      plot.above.append(svg("text", { class: `hole-name ${obstacleLook(hole.number)}`, x, y, "text-anchor": "middle" }, hole.short));
+    }
+  }
+
+  #isTaken(x, y, wide) {
+    return this.named.some((other) => Math.abs(other.y - y) < 13 && Math.abs(other.x - x) < (other.wide + wide) / 2);
+  }
+
+  // What takes the place (r, u), if anything does.
+  #holeAt(r, u) {
+    const inside = (strip) => {
+      const k = placeIn(strip.r, r);
+      if (k >= strip.r.length || (k === 0 && strip.r[0] > r)) return false;
+      const a = Math.max(k - 1, 0), part = (r - strip.r[a]) / (strip.r[k] - strip.r[a] || 1);
+      const at = (end) => end[a] + part * (end[k] - end[a]);
+      return at(strip.low) <= u && u <= at(strip.high);
+    };
+    return (this.data.holes ?? []).find((hole) => hole.strips.some(inside)) ?? null;
+  }
+
   #drawTube() {
     for (const part of this.curves.tube ?? []) {
       if (part.branch !== this.branch || !part.polygons?.length) continue;
@@ -171,7 +214,7 @@ class Panel {
 
   // Each cause is named once, where its boundary has most room, and not on top of another name.
   #nameEdges() {
-    const { plot, data } = this, { left, right, top, bottom } = plot.inner, taken = [], named = new Set();
+    const { plot, data } = this, { left, right, top, bottom } = plot.inner, named = new Set();
     const edges = [...data.edges].sort((a, b) => b.r.length - a.r.length);
     for (const edge of edges) {
       const text = edge.cause.short ?? edge.cause.text;
@@ -182,8 +225,8 @@ class Panel {
         const x = clamp(plot.x(edge.r[k]), left + wide / 2, right - wide / 2), y = plot.y(edge.u[k]);
         if (!Number.isFinite(y) || y < top + 4 || y > bottom - 4) continue;
         const at = y > bottom - 20 ? y - 6 : y + 13;
-        if (taken.some((other) => Math.abs(other.y - at) < 13 && Math.abs(other.x - x) < (other.wide + wide) / 2)) continue;
-        taken.push({ x, y: at, wide });
+        if (this.#isTaken(x, at, wide)) continue;
+        this.named.push({ x, y: at, wide });
         named.add(text);
         plot.inside.append(svg("text", { class: `cause ${causeLook(edge.cause).class}`, x, y: at, "text-anchor": "middle" }, text));
         break;
@@ -263,7 +306,7 @@ class Panel {
   }
 
   #hover(at) {
-    this.view.acts.hover?.(at ? { r: at.x, u: at.y, panel: this } : null);
+    this.view.acts.hover?.(at ? { r: at.x, u: at.y, panel: this, hole: this.#holeAt(at.x, at.y) } : null);
     if (at) this.plot.crosshair(at.x, at.y); else this.plot.crosshair(this.r ?? null);
   }
 

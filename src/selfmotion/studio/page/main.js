@@ -68,6 +68,7 @@ function armFor(found) {
     limit: (k, side, value, settled) => changeArm((arm) => ({
       ...arm, limits: arm.limits.map((old, j) => (j === k ? old.map((end, s) => (s === side ? rounded(renewed(value, end)) : end)) : old)),
     }), settled),
+    obstacle: (k, what, settled) => changeObstacle(k, what, settled),
     freehand: (points) => {
       const { direction } = model.state.problem.path;
       const path = { kind: "waypoints", points: points.map((point) => point.map(rounded)), interpolation: "spline" };
@@ -85,6 +86,17 @@ const rounded = (value) => Number(value.toPrecision(5));
 const renewed = (value, old) => (typeof value === "function" ? value(old) : value);
 
 function changeArm(what, settled) { model.changeProblem({ arm: what(model.state.problem.arm) }, settled); }
+
+function changeObstacle(k, what, settled) {
+  const { obstacles } = model.state.problem;
+  model.changeProblem({ obstacles: obstacles.map((old, j) => (j === k ? roundedAll(what(old)) : old)) }, settled);
+}
+
+const roundedAll = (value) => {
+  if (typeof value === "number") return rounded(value);
+  if (Array.isArray(value)) return value.map(roundedAll);
+  return value && typeof value === "object" ? Object.fromEntries(Object.entries(value).map(([name, inner]) => [name, roundedAll(inner)])) : value;
+};
 
 function movePath(k, at, settled) {
   const { path } = model.state.problem, name = { bezier: "control_points", waypoints: "points" }[path.kind], end = k ? "end" : "start";

@@ -2,6 +2,7 @@
 
 import { adapted, begin } from "selfmotion/beginnings";
 import { jointTable } from "selfmotion/forms";
+import { obstaclesForm } from "selfmotion/obstacles_form";
 import { taskOf } from "selfmotion/model";
 import { ask } from "selfmotion/requests";
 import { html } from "selfmotion/svg";
@@ -14,7 +15,7 @@ export class ProblemPanel {
   // `examples` are where another kind of arm gets its path from.
   constructor(model, forms, scene, examples) {
     Object.assign(this, { model, forms, scene, examples });
-    this.places = Object.fromEntries(["planner", "arm", "path", "task"].map((name) => [name, document.querySelector(`#${name}-form`)]));
+    this.places = Object.fromEntries(["planner", "arm", "path", "obstacles", "task"].map((name) => [name, document.querySelector(`#${name}-form`)]));
     this.text = document.querySelector("#text");
     this.source = document.querySelector("#source");
     this.source.addEventListener("toggle", () => this.#write());
@@ -39,6 +40,12 @@ export class ProblemPanel {
       this.forms.section("arm", problem.arm, change("arm"), { bare: planar }), planar ? jointTable(problem.arm, change("arm")) : null,
     ].filter(Boolean));
     this.places.path.replaceChildren(this.forms.section("task", problem.path, change("path")));
+    if (this.scene()) {
+      this.places.obstacles.replaceChildren(...obstaclesForm(this.forms, problem, this.scene(), (part) => {
+        const now = Object.entries({ ...this.model.state.problem, ...part }).filter(([, value]) => value !== undefined);
+        this.model.change({ problem: Object.fromEntries(now) });
+      }));
+    }
     this.places.task.replaceChildren(...OWN.map((name) => this.#own(name, problem)));
     if (focused) document.querySelector(`[data-field="${CSS.escape(focused)}"] :is(input, select)`)?.focus({ preventScroll: true });
     this.#write();

@@ -47,6 +47,10 @@ const NAMES = {
   max_tracking_error: "tool off the path, at most", min_limit_margin: "nearest a joint gets to a limit", max_joint_step: "largest joint step between samples",
   reconfigurations: "reconfigurations", planner: "planner", evaluations: "evaluations", wall_time_s: "planning time [s]", version: "selfmotion",
 };
+for (const [check, left] of Object.entries(plan.summary.margins ?? {})) {
+  NAMES[`left_${check}`] = check === "clearance" ? "clearance left beyond what is asked for, at least" : `${check} left, at least`;
+  plan.summary[`left_${check}`] = left;
+}
 const rows = Object.entries(NAMES).filter(([name]) => plan.summary[name] !== null && plan.summary[name] !== undefined);
 $("#figures").replaceChildren(...rows.map(([name, text]) => {
   const value = plan.summary[name];

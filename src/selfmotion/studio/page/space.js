@@ -2,6 +2,7 @@
 
 import { asRows } from "selfmotion/arm";
 import { clamp, rowAt, shown } from "selfmotion/numbers";
+import { obstacleLook, obstacleName, spaceLines } from "selfmotion/obstacles";
 import { held } from "selfmotion/pointer";
 import { html, lineThrough, svg } from "selfmotion/svg";
 
@@ -68,6 +69,9 @@ export class SpaceView {
         if (value > most[axis]) most[axis] = value;
       }
     };
+    for (const obstacle of this.scene.obstacles ?? []) {
+      if (obstacle.kind !== "half_space") for (const line of spaceLines(obstacle)) for (const point of line) take(point, 0);
+    }
     for (let k = 0; k < this.scene.path.x.length; k += 3) take(this.scene.path.x, k);
     for (let k = 0; k < (this.motion?.points.length ?? 0); k += 3) take(this.motion.points, k);
     this.middle = least.map((low, axis) => (low + most[axis]) / 2);
@@ -95,6 +99,10 @@ export class SpaceView {
     this.size = [box.width, box.height];
     const { path } = this.scene, parts = [this.#floor()];
     const at = (k) => [path.x[3 * k], path.x[3 * k + 1], path.x[3 * k + 2]];
+    (this.scene.obstacles ?? []).forEach((obstacle, k) => {
+      const lines = spaceLines(obstacle).map((line) => this.#line(line, { class: "obstacle wire" }));
+      parts.push(svg("g", { class: obstacleLook(k) }, svg("title", {}, obstacleName(obstacle, k)), ...lines));
+    });
     parts.push(this.#line(Array.from({ length: path.x.shape[0] }, (_, k) => at(k)), { class: "path" }));
     if (this.motion) {
       const rows = asRows(this.motion.points);

@@ -5,6 +5,12 @@ import { html } from "selfmotion/svg";
 
 const figure = (name, value, title = "") => html("span", { class: "figure", title }, html("small", {}, name), ` ${value}`);
 
+// What is left of constraints beyond joint limits.
+const NAMES = { clearance: "clearance left", singularity: "singular value left" };
+const leftOver = (margins, scene) => Object.entries(margins ?? {}).map(([check, left]) => figure(
+  NAMES[check] ?? check, `${shown(left, 3)}${check === "clearance" && scene?.length_unit ? ` ${scene.length_unit}` : ""}`, "beyond what is asked for, where it is least",
+));
+
 // What is wrong and what to do, of an error.
 export function failureParts(failure) {
   const status = { infeasible: "no motion exists", unknown: "undecided", error: "cannot be" }[failure.status] ?? "cannot be";
@@ -27,6 +33,7 @@ export function planParts({ summary, verdict, motion }, scene) {
     figure("chord sum", shown(summary.cost_sampled, 9), "the seed's F over the samples"),
     figure("tool off the path", shown(summary.max_tracking_error, 2)),
     summary.min_limit_margin === null ? null : figure("nearest limit", `${shown(summary.min_limit_margin, 4)} ${unit}`),
+    ...leftOver(summary.margins, scene),
     figure("time", `${shown(summary.wall_time_s, 3)} s`),
   ];
   return parts.filter((part) => part !== null);
@@ -49,6 +56,7 @@ export function curveParts(motion, name, bound, scene) {
     chip(name, "hand"), html("p", { class: "said" }, `cost ${shown(cost, 6)}, ${said}`),
     motion.cost === null ? null : figure("cost", shown(motion.cost, 9)), bound ? figure("lower bound", shown(bound.value, 9)) : null,
     figure("chord sum", shown(motion.cost_sampled, 9)),
+    ...leftOver(motion.margins, scene),
     motion.margin === null || motion.margin === undefined ? null : figure("nearest limit", `${shown(motion.margin, 4)} ${scene.unit}`),
   ].filter((part) => part !== null);
 }
