@@ -53,7 +53,7 @@ class SingularityMargin:
         self._rows[: PLANE if planar else SPACE] = 1.0 / arm.reach
         later = np.arange(arm.n)[::-1]
         turning = 0 if planar else later if len(self._rows) == _POSE else (arm.n - later) + 4 * later
-        self._fastest = np.sqrt(arm.n + turning)
+        self._fastest = np.sqrt(arm.n + np.broadcast_to(turning, arm.n))
 
     def __repr__(self) -> str:
         return f"SingularityMargin({self.least!r})"
