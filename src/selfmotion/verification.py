@@ -23,7 +23,8 @@ LIMIT = 1e-9
 JUMP = 1e-3
 """A joint step that stays larger than this however closely one looks is a jump [rad]."""
 
-_BETWEEN = 4  # looks per sample interval
+_BETWEEN = 4  # looks per sample interval …
+_FEWEST = 1000  # … or more, where that makes fewer looks
 _PLACES = 12  # worst places that are looked at more closely
 _MOST_DIPS = 1000
 _AT_ONCE = 20_000  # places
@@ -138,10 +139,10 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
 
     Notes
     -----
-    The motion is looked at four times per sample interval; dips that may go deeper in between are zoomed into, and the
-    largest steps bisected: a step that does not shrink is a jump, and so is one across which the path is left. This
-    finds what a sample misses; it is no proof. Further constraints must surely be kept in between, see
-    :func:`~selfmotion.constrained.between.unsure`.
+    The motion is looked at four times per sample interval, and a thousand times at least; dips that may go deeper in
+    between are zoomed into, and the largest steps bisected: a step that does not shrink is a jump, and so is one across
+    which the path is left. This finds what a sample misses; it is no proof. Further constraints must surely be kept in
+    between, see :func:`~selfmotion.constrained.between.unsure`.
     """
     arm, path, constraints = problem.arm, problem.path, constraints_of(problem.arm)
     rows = problem.rows
@@ -262,7 +263,8 @@ def closure_failures(problem: Problem, q: FloatArray) -> list[Failure]:
 
 
 def _refined(rows: FloatArray) -> FloatArray:
-    parts = np.arange(_BETWEEN) / _BETWEEN
+    between = max(_BETWEEN, -(-_FEWEST // (len(rows) - 1)))
+    parts = np.arange(between) / between
     inner = rows[:-1, None] + np.diff(rows)[:, None] * parts
     return np.append(inner.ravel(), rows[-1])
 

@@ -75,12 +75,12 @@ def _apart(p, q, real):
     return np.where(real, off, np.abs(off - TAU * np.rint(off / TAU))).max(axis=-1)
 
 
-def sample(problem, r, n_u, slack=0.0):
+def sample(problem, r, n_u, slack=0.0, allowed=None):
     """Sample the self-motion at poses r, loop by loop, folds approached as sines do so that steps stay even.
 
     In v = u − ψ the wrist is in reach for va ≤ |v| ≤ vb. Where neither 0 nor π is cut off each elbow is a loop of its
     own; else both elbows are two sides of the same loop, v = mid + half·sin t with the elbow's sign that of cos t.
-    Limits give by `slack` [rad].
+    Limits give by `slack` [rad]; so does `allowed`, which says of postures (k, n) whether anything else forbids them.
     """
     arm, r = problem.arm, np.asarray(r)
     x = as_complex(problem.path(r))
@@ -106,6 +106,8 @@ def sample(problem, r, n_u, slack=0.0):
     exists[(kind == 1) | (kind == 2), 1] = False
     exists &= np.isin(sign, [1 - 2 * branch for branch in problem.elbow_branches])
     q, ok, real = _with_turns(arm.limits, slack, q, exists)
+    if allowed is not None:
+        ok[ok] = allowed(q[ok], slack)
     part = _parts(q, ok, real)
     return [Pose(*pose, real) for pose in zip(r, q, ok, part, kind, strict=True)]
 
@@ -165,15 +167,15 @@ class _Blocked(Exception):
 class _Flood:
     """What can be reached along the path, pose by pose."""
 
-    def __init__(self, problem, n_u, slack):
-        self.problem, self.n_u, self.slack = problem, n_u, slack
+    def __init__(self, poses_at):
+        self.poses_at = poses_at
 
     def onward(self, one, two, reached, depth=_DEPTH):
         """The parts of pose `two` that a motion gets to from the `reached` ones of pose `one`."""
         before, after = _steps(one, two)
         settled = one.kind == two.kind and reached <= set(before.tolist()) and two.parts <= set(after.tolist())
         if not settled and depth > 0:
-            (middle,) = sample(self.problem, [0.5 * (one.r + two.r)], self.n_u, self.slack)
+            (middle,) = self.poses_at([0.5 * (one.r + two.r)])
             return self.onward(middle, two, self.onward(one, middle, reached, depth - 1), depth - 1)
         found = set(after[np.isin(before, list(reached))].tolist())
         if not found:
@@ -203,12 +205,15 @@ def brute_force_connected(problem, n_r=200, n_u=400, slack=0.0):
     return flood(problem, sample(problem, np.linspace(0.0, 1.0, n_r + 1), n_u, slack), n_u, slack)
 
 
-def flood(problem, poses, n_u, slack=0.0):
-    """Flood what can be reached through sampled poses; see `brute_force_connected`."""
+def flood(problem, poses, n_u, slack=0.0, poses_at=None):
+    """Flood what can be reached through sampled poses; see `brute_force_connected`.
+
+    What is in between is sampled by `poses_at` if it is given.
+    """
     reached = _given(problem.start, poses[0])
     if not reached:
         return False, 0.0
-    search = _Flood(problem, n_u, slack)
+    search = _Flood(poses_at or (lambda r: sample(problem, r, n_u, slack)))
     try:
         for one, two in pairwise(poses):
             reached = search.onward(one, two, reached)

@@ -15,7 +15,9 @@ from selfmotion.constrained.constraint import FREE, Constraint
 
 _HALVINGS = 40
 _MOST = 200_000  # steps that may have to be halved at once: a motion that needs more keeps too near
-_CAUTION = 2.0  # times the distance from its chord half-way that a motion is granted all along a step
+# Times the distances from its chord at the quarters of a step that a motion is granted all along it. What vanishes at
+# both ends and is a polynomial of degree four is nowhere more than 1.8602 times the largest of its values there.
+_CAUTION = 2.0
 
 
 class Unsure(NamedTuple):
@@ -43,15 +45,18 @@ def unsure(
 
     Notes
     -----
-    Within a step the motion is taken to be no farther from its chord, joint by joint, than twice as far as it is
-    half-way; with that, what is said holds for every r. Steps of which nothing is sure are halved, until one has a
-    posture that breaks the constraint or is too short to be halved.
+    Within a step the motion is taken to be no farther from its chord, joint by joint, than twice the farthest it is at
+    the quarters of the step, which is true of polynomials up to the fourth degree; with that, what is said holds for
+    every r. Steps of which nothing is sure are halved, until one of them has a posture that breaks the constraint or is
+    too short to be halved.
     """
     low, high, a, b = r[:-1], r[1:], q[:-1], q[1:]
+    middle = 0.5 * (low + high)
+    half = motion(middle)
     for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        half = motion(middle)
-        dev = _CAUTION * np.abs(half - 0.5 * (a + b))
+        one, two = motion(np.concatenate([0.5 * (low + middle), 0.5 * (middle + high)])).reshape(2, *a.shape)
+        off = [half - 0.5 * (a + b), one - 0.75 * a - 0.25 * b, two - 0.25 * a - 0.75 * b]
+        dev = _CAUTION * np.abs(off).max(axis=0)
         state, by = constraint.of_cells(_cells(a, b, dev), constraint.tolerance)
         left = np.flatnonzero(state != FREE)
         if not len(left):
@@ -61,10 +66,9 @@ def unsure(
         if margins[worst] < -constraint.tolerance or 2 * len(left) > _MOST:
             return Unsure(float(middle[left][worst]), float(margins[worst]), int(by[left][worst]))
         # Both halves of each, in turn.
-        low, middle, high, a, half, b = low[left], middle[left], high[left], a[left], half[left], b[left]
-        low, high = np.stack([low, middle], axis=1).ravel(), np.stack([middle, high], axis=1).ravel()
-        a = np.stack([a, half], axis=1).reshape(-1, a.shape[1])
-        b = np.stack([half, b], axis=1).reshape(-1, b.shape[1])
+        low, high = _by_turns(low[left], middle[left]), _by_turns(middle[left], high[left])
+        a, b, half = _by_turns(a[left], half[left]), _by_turns(half[left], b[left]), _by_turns(one[left], two[left])
+        middle = 0.5 * (low + high)
     return Unsure(float(low[0]), float(constraint.margins(a[:1]).min()), int(by[left[0]]))
 
 
@@ -95,6 +99,11 @@ def not_clear(arm: RedundantArm, q: FloatArray) -> BoolArray:
             step, a, b = np.tile(step, 2), np.concatenate([a, half]), np.concatenate([half, b])
         found[step[state != FREE]] = True
     return found
+
+
+def _by_turns(one: FloatArray, two: FloatArray) -> FloatArray:
+    """Return rows of two arrays by turns."""
+    return np.stack([one, two], axis=1).reshape(-1, *one.shape[1:])
 
 
 def straight(r: FloatArray, q: FloatArray) -> Callable[[FloatArray], FloatArray]:

@@ -59,9 +59,11 @@ class SingularityMargin:
         return f"SingularityMargin({self.least!r})"
 
     def margins(self, q: FloatArray) -> FloatArray:
-        """Return the least singular value less what is asked for, shape (k, 1)."""
-        values = np.linalg.svd(self._jacobian(q), compute_uv=False)
-        return np.asarray(values[:, -1:] - self.least)
+        """Return the least singular value less what is asked for, shape (k, 1); NaN of postures that are NaN."""
+        jacobian = self._jacobian(q)
+        known = np.isfinite(jacobian).all(axis=(1, 2), keepdims=True)
+        values = np.linalg.svd(np.where(known, jacobian, 0.0), compute_uv=False)
+        return np.where(known[:, 0], values[:, -1:], np.nan) - self.least
 
     def least_margins(self, q: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return the margin and that it is the first, shapes (k,)."""

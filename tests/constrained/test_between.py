@@ -1,0 +1,96 @@
+"""Steps between samples: nothing slips through them that bends either way."""
+
+import numpy as np
+import pytest
+
+import selfmotion as sm
+from selfmotion.constrained.between import straight, unsure
+from selfmotion.scene import CircleObstacle, PolygonObstacle
+from selfmotion.scene.scene import Scene
+
+
+def scene(*obstacles, thickness=0.0, clearance=0.0):
+    return Scene(sm.PlanarArm([1.0, 1.0, 1.0], thickness=thickness), obstacles, clearance)
+
+
+def swinging(shape):
+    """A motion whose first joint goes as `shape` says; the others stand still, the arm stretched out."""
+    return lambda r: np.stack([shape(np.asarray(r)), 0.0 * r, 0.0 * r], axis=-1)
+
+
+AHEAD = CircleObstacle((3.0 * np.cos(0.1), 3.0 * np.sin(0.1)), 0.05)  # at 0.1 rad, where the tip passes
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        lambda s: 0.12 * np.sin(2 * np.pi * s),  # on its chord half-way
+        lambda s: 2.0 * s * (1 - s) * (1 - 2 * s),
+        lambda s: 0.5 * s * (1 - s),
+        lambda s: 0.2 * s,
+        lambda s: np.sqrt(s) * 0.2 - 0.05 * s,
+    ],
+)
+@pytest.mark.parametrize("steps", [1, 2, 3, 100])
+def test_a_motion_that_enters_an_obstacle_within_a_step_is_seen(shape, steps):
+    r = np.linspace(0.0, 1.0, steps + 1)
+    motion = swinging(shape)
+    constraint = scene(AHEAD)
+    truth = constraint.margins(motion(np.linspace(0.0, 1.0, 5001))).min()
+    place = unsure(constraint, motion, r, motion(r))
+    if truth < -1e-6:
+        assert place is not None
+        assert place.margin < 0
+        assert 0.0 <= place.r <= 1.0
+
+
+@pytest.mark.parametrize("degree", [2, 3, 4])
+def test_no_polynomial_slips_through(degree):
+    """Random polynomials on few steps: what is said to be clear everywhere is clear where one looks closely."""
+    rng, clear = np.random.default_rng(degree), 0
+    constraint = scene(CircleObstacle((2.0, 1.0), 0.2), PolygonObstacle([(-1.0, 1.0), (0.5, 2.5), (-1.0, 1.5)]))
+    dense = np.linspace(0.0, 1.0, 4001)
+    for _ in range(150):
+        powers = rng.normal(0.0, 1.0, (degree + 1, 3))
+
+        def motion(r, powers=powers):
+            return np.stack([np.polynomial.polynomial.polyval(r, column) for column in powers.T], axis=-1)
+
+        r = np.linspace(0.0, 1.0, int(rng.integers(2, 6)))
+        if unsure(constraint, motion, r, motion(r)) is None:
+            clear += 1
+            assert constraint.margins(motion(dense)).min() >= -constraint.tolerance
+    assert 10 < clear < 150
+
+
+def test_straight_steps_past_a_thin_obstacle_are_seen():
+    """Both rows are clear, and the link sweeps over a needle between them."""
+    needle = PolygonObstacle([(2.5, 0.049), (3.2, 0.05), (2.5, 0.051)])
+    rows, q = np.arange(2.0), np.array([[0.0, 0.0, 0.0], [0.05, 0.0, 0.0]])
+    assert scene(needle).margins(q).min() > 0
+    assert unsure(scene(needle), straight(rows, q), rows, q) is not None
+    away = q - [0.1, 0.0, 0.0]
+    assert unsure(scene(needle), straight(rows, away), rows, away) is None
+
+
+def test_a_link_may_touch_at_the_clearance_asked_for():
+    """Along a circle about the base, the tip exactly as far from it as is asked for."""
+    inside = CircleObstacle((0.0, 5.0), 1.5)
+    q = np.stack([np.linspace(0.0, np.pi, 60), np.zeros(60), np.zeros(60)], axis=-1)
+    r = np.linspace(0.0, 1.0, 60)
+    assert unsure(scene(inside, clearance=0.5), straight(r, q), r, q) is None
+    assert unsure(scene(inside, clearance=0.5 + 1e-6), straight(r, q), r, q) is not None
+
+
+def test_plans_of_few_samples_are_looked_at_between_them(seed_arm, seed_path):
+    """With two samples, a motion that swings in between and comes back is not taken for one that stands still."""
+    from selfmotion.verification import verify_motion
+
+    free = sm.plan(sm.Problem(seed_arm, seed_path), sm.Refine(starts=1))
+    middle = free(np.array([0.5371]))[0]
+    turn = np.cumsum(middle)
+    elbow = np.cumsum(seed_arm.links[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=-1), axis=0)[1]
+    small = sm.Problem(seed_arm, seed_path, samples=2, obstacles=[CircleObstacle(elbow, 0.02)])
+    check = verify_motion(small, free)
+    assert [failure.check for failure in check.failures] == ["clearance"]
+    assert check.margins["clearance"] < 0

@@ -1,0 +1,109 @@
+"""Margins against shapely and searches along links; gradients against differences."""
+
+import numpy as np
+import pytest
+from small_scenes import planar, postures, spatial
+
+pytest.importorskip("shapely")
+
+from clearance import Planar, Spatial, by_coal
+
+import selfmotion as sm
+from selfmotion.constrained import SingularityMargin
+from selfmotion.scene import BoxObstacle
+
+TORCH = {"translation": [0.05, 0.02, 0.15], "rpy": [0.0, 0.6, 0.0]}
+ARMS = [("panda", None), ("iiwa14", None), ("ur5e", TORCH), ("kr6r900", TORCH)]
+
+
+def agree(margins, left, scale):
+    """Positive margins are exact; where something is touched, both are negative or rounding."""
+    assert np.abs(margins - left)[left > 1e-9 * scale].max(initial=0.0) < 1e-9 * scale
+    assert (margins[left < -1e-9 * scale] < 0.0).all()
+    assert (margins[left <= 1e-9 * scale] <= 2e-9 * scale).all()
+    assert (left > 0).any()
+    assert (left < 0).any()
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_margins_in_the_plane_are_those_of_shapely(seed):
+    problem = planar(seed)
+    q = postures(problem, np.random.default_rng(seed), 1500)
+    agree(problem.scene.margins(q).min(axis=1), Planar(problem).left(q), problem.arm.reach)
+
+
+@pytest.mark.parametrize(("name", "tool"), ARMS)
+def test_margins_in_space_are_those_of_a_search(name, tool):
+    problem = spatial(name, tool)
+    q = postures(problem, np.random.default_rng(1), 300)
+    left = Spatial(problem).left(q)
+    agree(np.append(problem.scene.margins(q).min(axis=1), [1.0, -1.0]), np.append(left, [1.0, -1.0]), problem.arm.reach)
+
+
+def test_margins_from_boxes_are_those_of_coal():
+    pytest.importorskip("coal")
+    box = BoxObstacle((0.3, 0.3, 0.5), (0.2, 0.3, 0.4), (0.3, 0.2, -0.5))
+    x = spatial().path
+    problem = sm.Problem(spatial().arm.bare, x, obstacles=[box])
+    q = postures(problem, np.random.default_rng(2), 60)
+    oracle = Spatial(problem)
+    ends, left = oracle.ends(q), np.full(len(q), np.inf)
+    for c in oracle.moving:
+        left = np.minimum(left, by_coal(box, ends[:, c, 0], ends[:, c, 1], oracle.parts[c].radius))
+    margins = problem.scene.margins(q).min(axis=1)
+    apart = left > 1e-3
+    assert apart.sum() > 20
+    np.testing.assert_allclose(margins[apart], left[apart], atol=1e-5)
+    assert (margins[left < -1e-3] < 0).all()
+
+
+def differences(constraint, q, step=1e-6):
+    rates = []
+    for j in range(q.shape[1]):
+        turn = np.zeros(q.shape[1])
+        turn[j] = step
+        rates.append((constraint.margins(q + turn) - constraint.margins(q - turn)) / (2 * step))
+    return np.stack(rates, axis=-1)
+
+
+def check_gradients(problem, q, positive):
+    for constraint in problem.arm.constraints:
+        margins, rates = constraint.gradients(q)
+        np.testing.assert_allclose(margins, constraint.margins(q), atol=1e-12)
+        # Where a margin has a kink, differences to both sides are no derivative: these are few.
+        smooth = margins > -constraint.scale if not positive else margins > 1e-3
+        off = np.abs(rates - differences(constraint, q)).max(axis=-1)[smooth]
+        assert np.quantile(off, 0.98) < 1e-5 * constraint.scale
+        assert len(off) > 50
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_gradients_in_the_plane_are_those_of_differences(seed):
+    problem = planar(seed)
+    check_gradients(problem, postures(problem, np.random.default_rng(seed), 200), True)
+
+
+@pytest.mark.parametrize(("name", "tool"), ARMS)
+def test_gradients_in_space_are_those_of_differences(name, tool):
+    problem = spatial(name, tool)
+    check_gradients(problem, postures(problem, np.random.default_rng(3), 60), True)
+
+
+@pytest.mark.parametrize("arm", ["3R", "4R", *[name for name, _ in ARMS]])
+def test_singular_values_change_no_faster_than_is_said(arm):
+    """The bound that enclosures rest on, tried by going uphill: no step raises σ by more."""
+    bare = {"3R": sm.PlanarArm([1.0, 0.3, 2.0]), "4R": sm.PlanarArm([1.0, 0.5, 0.4, 0.3], direction=0.3)}.get(arm)
+    bare = bare or sm.named_arm(arm, tool=dict(ARMS)[arm])
+    margin, rng = SingularityMargin(bare, 0.05), np.random.default_rng(7)
+    q = rng.uniform(-np.pi, np.pi, (3000, bare.n))
+    most = np.zeros(bare.n)
+    for size in (1e-5, 0.1, 1.0):
+        for j in range(bare.n):
+            step = np.zeros(bare.n)
+            step[j] = size
+            most[j] = max(most[j], np.abs(margin.margins(q + step) - margin.margins(q)).max() / size)
+        step = rng.normal(0.0, size, q.shape)
+        change = np.abs(margin.margins(q + step) - margin.margins(q))[:, 0]
+        assert (change <= np.abs(step) @ margin._fastest + 1e-12).all()
+    assert (most <= margin._fastest).all()
+    assert most.max() > 0.05
