@@ -58,8 +58,9 @@ def draw_postures(axes: Axes, plan: Plan) -> None:
     draw_base(axes)
     frame(axes, np.vstack([points.reshape(-1, 2), plan.problem.path(np.linspace(0, 1, 201)), in_view(arm)]))
     title = "postures from light to dark"
-    if isinstance(unconstrained(arm), PlanarArm):
-        center, _, outer = arm.annulus
+    bare = unconstrained(arm)
+    if isinstance(bare, PlanarArm):
+        center, _, outer = bare.annulus
         corners = np.stack(np.meshgrid(axes.get_xlim(), axes.get_ylim()), axis=-1) - center
         if np.hypot(*corners.T).max() > outer:  # else nothing of it would be seen
             draw_circle(axes, center, outer, color=GREY, linestyle=":")
