@@ -197,7 +197,8 @@ def _least_along(distance, p, q):
         new = np.where(left, high - _GOLDEN * (high - low), low + _GOLDEN * (high - low))
         value = at(new)
         one, two, at_one, at_two = (
-            np.where(left, new, two), np.where(left, one, new), np.where(left, value, at_two), np.where(left, at_one, value)
+            np.where(left, new, two), np.where(left, one, new),
+            np.where(left, value, at_two), np.where(left, at_one, value),
         )  # fmt: skip
     return np.minimum.reduce([at_one, at_two, distance(p), distance(q)])
 

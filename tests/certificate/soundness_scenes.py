@@ -26,11 +26,11 @@ sys.path.append(str(Path(__file__).parents[1] / "arms"))
 
 import numpy as np
 from brute_force import flood, sample
-from clearance import oracle
 from scene_rivals import climbed, refined
 from scenes import planar_scene, spatial_scene
 
 import selfmotion as sm
+from clearance import oracle
 from selfmotion.errors import InfeasibleError, SelfMotionError
 from selfmotion.study import InProcess, Processes, Run, Store, Study, run_study
 
