@@ -88,7 +88,7 @@ class Blocked:
     r : tuple of float
         First and last path parameter of the stretch.
     cause : str
-        ``"out of reach"``, ``"joint limits"`` or ``"obstacles"``, which stands for all further constraints.
+        ``"out of reach"``, ``"joint limits"``, ``"singular postures"`` or ``"obstacles"``, the arm itself included.
     short_by : float or None
         Largest distance by which the reach falls short there, in the arm's length unit.
     limits : tuple of str
@@ -173,6 +173,8 @@ class InfeasibleError(SelfMotionError):
             remedy = "move the path or the base"
         elif worst.cause == "start and end":
             remedy = "ask for another start or end"
+        elif worst.cause == "singular postures":
+            remedy = "ask for a smaller least singular value, or move the path"
         elif worst.cause == "obstacles":
             remedy = "move the obstacles or the path, or ask for less clearance"
         super().__init__(

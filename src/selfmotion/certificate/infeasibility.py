@@ -14,7 +14,7 @@ from selfmotion.certificate.chains import Chains, Ends
 from selfmotion.certificate.joined import earliest, ends, leads_on, parts_at_start, sheets_at_end, with_arm
 from selfmotion.certificate.needs import needs, needs_of_pose
 from selfmotion.constrained import constraints_of
-from selfmotion.domain import AngleDomain
+from selfmotion.domain import AngleDomain, cause_of
 from selfmotion.errors import Blocked, InfeasibleError, Need, UndecidedError
 from selfmotion.problem import Problem
 
@@ -152,7 +152,7 @@ def told(problem: Problem, r: tuple[float, float]) -> Blocked:
         if cause.kind not in limiting
     )  # fmt: skip
     found = tuple(cause for cause, _ in seen.most_common(_MOST_CAUSES))
-    return Blocked(r, "obstacles" if found else "joint limits", limits=found)
+    return Blocked(r, cause_of(problem.arm, found), limits=found)
 
 
 def _stretch(problem: Problem) -> tuple[Blocked, tuple[Cause, ...]]:

@@ -8,6 +8,7 @@ from selfmotion.domain.angle_domain import (
     blocked_at,
     blocked_by,
     blocked_stretches,
+    cause_of,
     out_of_reach,
 )
 from selfmotion.domain.events import Event
@@ -33,6 +34,7 @@ __all__ = [
     "blocked_at",
     "blocked_by",
     "blocked_stretches",
+    "cause_of",
     "feasible_arcs",
     "fibres",
     "out_of_reach",

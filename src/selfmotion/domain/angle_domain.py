@@ -13,7 +13,7 @@ from selfmotion._checks import branch_index
 from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms import RedundantArm, SelfMotion
 from selfmotion.arms.cells import Cover
-from selfmotion.constrained import why_empty
+from selfmotion.constrained import constraints_of, why_empty
 from selfmotion.constrained.self_motion import ConstrainedSelfMotion
 from selfmotion.domain.feasible import FeasibleArcs, feasible_arcs
 from selfmotion.domain.structure import DomainStructure
@@ -261,9 +261,25 @@ def blocked_by(arm: RedundantArm, path: Path, r: tuple[float, float], branches: 
     Blocked
     """
     causes = [cause for cover in _covers(arm, branches) for cause in why_empty(cover, path(0.5 * sum(r)), _COARSE)]
-    if not causes:
-        return Blocked(r, "joint limits")
-    return Blocked(r, "obstacles", limits=tuple(dict.fromkeys(causes))[:_MOST_CAUSES])
+    return Blocked(r, cause_of(arm, causes), limits=tuple(dict.fromkeys(causes))[:_MOST_CAUSES])
+
+
+def cause_of(arm: RedundantArm, causes: Sequence[str]) -> str:
+    """Return what the causes of a blocked stretch have in common.
+
+    Parameters
+    ----------
+    arm : RedundantArm
+    causes : sequence of str
+        What constraints beyond joint limits forbid there, in words.
+
+    Returns
+    -------
+    str
+        ``"joint limits"`` without any, ``"singular postures"`` if these are all, else ``"obstacles"``.
+    """
+    singular = {c.cause(0) for c in constraints_of(arm) if c.check == "singularity"}
+    return "joint limits" if not causes else "singular postures" if singular.issuperset(causes) else "obstacles"
 
 
 def _covers(arm: RedundantArm, branches: Sequence[int]) -> list[Cover]:
