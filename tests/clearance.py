@@ -117,12 +117,10 @@ class Planar(Clearances):
             unit = obstacle.normal / np.linalg.norm(obstacle.normal)
             return ((ends - obstacle.point) @ unit).min(axis=1)
         distance = shapely.distance(link, body)
-        inside = np.flatnonzero(distance == 0.0)
-        if len(inside):
-            part = shapely.intersection(link[inside], body)
-            at = shapely.line_interpolate_point(part[:, None], _ALONG[None], normalized=True)
-            depth = shapely.distance(at, body.boundary)
-            distance[inside] = -np.nan_to_num(depth, nan=0.0).max(axis=1)
+        for k in np.flatnonzero(distance == 0.0):
+            lines = [part for part in shapely.get_parts(shapely.intersection(link[k], body)) if part.length > 0]
+            at = shapely.line_interpolate_point(np.array(lines, object)[:, None], _ALONG[None], normalized=True)
+            distance[k] = -float(shapely.distance(at, body.boundary).max(initial=0.0))
         return distance
 
 
