@@ -194,9 +194,8 @@ def _least_along(distance, p, q):
         low, high = np.where(left, low, one), np.where(left, two, high)
         new = np.where(left, high - _GOLDEN * (high - low), low + _GOLDEN * (high - low))
         value = at(new)
-        one, two, at_one, at_two = (
-            np.where(left, new, two), np.where(left, one, new), np.where(left, value, at_two), np.where(left, at_one, value)
-        )  # fmt: skip
+        one, two = np.where(left, new, two), np.where(left, one, new)
+        at_one, at_two = np.where(left, value, at_two), np.where(left, at_one, value)
     return np.minimum.reduce([at_one, at_two, distance(p), distance(q)])
 
 
@@ -216,7 +215,8 @@ def _from_obstacle(obstacle, p, q, radius):
         center = np.broadcast_to(obstacle.center, p.shape)
         return _from_segment(center, p, q) - obstacle.radius
     if isinstance(obstacle, CapsuleObstacle):
-        return _least_along(lambda x: _from_segment(x, obstacle.start[None], obstacle.end[None]), p, q) - obstacle.radius
+        start, end = obstacle.start[None], obstacle.end[None]
+        return _least_along(lambda x: _from_segment(x, start, end), p, q) - obstacle.radius
     if isinstance(obstacle, BoxObstacle):
 
         def distance(x):

@@ -40,8 +40,8 @@ class Failure:
     Attributes
     ----------
     check : str
-        ``"tracking"``, ``"limits"``, ``"clearance"``, ``"singularity"``, ``"continuity"``, ``"elbow"``, ``"branch"``, ``"start"``, ``"end"`` or
-        ``"closure"``; of a sampled motion also ``"tracking_between"`` or ``"coverage"``.
+        ``"tracking"``, ``"limits"``, ``"clearance"``, ``"singularity"``, ``"continuity"``, ``"elbow"``, ``"branch"``,
+        ``"start"``, ``"end"`` or ``"closure"``; of a sampled motion also ``"tracking_between"`` or ``"coverage"``.
     r : float
         Where along the path.
     value, allowed : float

@@ -47,7 +47,7 @@ def spatial(name="panda", tool=None):
         CapsuleObstacle((0.4, -0.4, 0.1), (0.5, -0.1, 0.7), 0.07),
         HalfSpaceObstacle((0.0, 0.0, -0.02), (0.0, 0.1, 1.0)),
     ]
-    path = sm.PosePath(sm.Line(x[:3], x[:3] + [0.05, 0.05, 0.05]), orientation=x[3:])
+    path = sm.PosePath(sm.Line(x[:3], x[:3] + 0.05), orientation=x[3:])
     return sm.Problem(arm, path, obstacles=obstacles, clearance=0.01, self_collision=True, least_singular_value=0.03)
 
 

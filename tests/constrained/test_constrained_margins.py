@@ -6,9 +6,8 @@ from small_scenes import planar, postures, spatial
 
 pytest.importorskip("shapely")
 
-from clearance import Planar, Spatial, by_coal
-
 import selfmotion as sm
+from clearance import Planar, Spatial, by_coal
 from selfmotion.constrained import SingularityMargin
 from selfmotion.scene import BoxObstacle
 

@@ -85,7 +85,9 @@ def place(capsules: Capsules, q: FloatArray, axes: FloatArray, centers: FloatArr
                         )
         for i in range(3):
             origin[i] += (
-                rotation[i, 0] * shifts[j + 1, 0] + rotation[i, 1] * shifts[j + 1, 1] + rotation[i, 2] * shifts[j + 1, 2]
+                rotation[i, 0] * shifts[j + 1, 0]
+                + rotation[i, 1] * shifts[j + 1, 1]
+                + rotation[i, 2] * shifts[j + 1, 2]
             )
         for i in range(3):
             for k in range(3):
@@ -362,6 +364,7 @@ def verdicts(
             if left < -move - slack:
                 state[k], by[k] = -1, p
                 break
-            if state[k] == 1 and left + forgiven <= move:
-                if not keeps_clear(shapes, pairs, p, points[k], half[k], rest[k], left, forgiven, at, normal):
-                    state[k], by[k] = 0, p
+            if state[k] != 1 or left + forgiven > move:
+                continue
+            if not keeps_clear(shapes, pairs, p, points[k], half[k], rest[k], left, forgiven, at, normal):
+                state[k], by[k] = 0, p
