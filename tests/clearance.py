@@ -117,12 +117,10 @@ class Planar(Clearances):
             unit = obstacle.normal / np.linalg.norm(obstacle.normal)
             return ((ends - obstacle.point) @ unit).min(axis=1)
         distance = shapely.distance(link, body)
-        inside = np.flatnonzero(distance == 0.0)
-        if len(inside):
-            part = shapely.intersection(link[inside], body)
-            at = shapely.line_interpolate_point(part[:, None], _ALONG[None], normalized=True)
-            depth = shapely.distance(at, body.boundary)
-            distance[inside] = -np.nan_to_num(depth, nan=0.0).max(axis=1)
+        for k in np.flatnonzero(distance == 0.0):
+            lines = [part for part in shapely.get_parts(shapely.intersection(link[k], body)) if part.length > 0]
+            at = shapely.line_interpolate_point(np.array(lines, object)[:, None], _ALONG[None], normalized=True)
+            distance[k] = -float(shapely.distance(at, body.boundary).max(initial=0.0))
         return distance
 
 
@@ -196,10 +194,8 @@ def _least_along(distance, p, q):
         low, high = np.where(left, low, one), np.where(left, two, high)
         new = np.where(left, high - _GOLDEN * (high - low), low + _GOLDEN * (high - low))
         value = at(new)
-        one, two, at_one, at_two = (
-            np.where(left, new, two), np.where(left, one, new),
-            np.where(left, value, at_two), np.where(left, at_one, value),
-        )  # fmt: skip
+        one, two = np.where(left, new, two), np.where(left, one, new)
+        at_one, at_two = np.where(left, value, at_two), np.where(left, at_one, value)
     return np.minimum.reduce([at_one, at_two, distance(p), distance(q)])
 
 
@@ -219,9 +215,8 @@ def _from_obstacle(obstacle, p, q, radius):
         center = np.broadcast_to(obstacle.center, p.shape)
         return _from_segment(center, p, q) - obstacle.radius
     if isinstance(obstacle, CapsuleObstacle):
-        return (
-            _least_along(lambda x: _from_segment(x, obstacle.start[None], obstacle.end[None]), p, q) - obstacle.radius
-        )
+        start, end = obstacle.start[None], obstacle.end[None]
+        return _least_along(lambda x: _from_segment(x, start, end), p, q) - obstacle.radius
     if isinstance(obstacle, BoxObstacle):
 
         def distance(x):

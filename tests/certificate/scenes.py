@@ -60,7 +60,7 @@ def planar_scene(seed):
 
 
 def spatial_scene(seed):
-    """A problem of an arm in space on a line that some motion without obstacles follows, among obstacles."""
+    """A problem of an arm in space on a line that it follows without obstacles, among one to four of them."""
     rng = np.random.default_rng([seed, 4714])
     arm = arm_of(ARMS[seed % len(ARMS)], seed % len(ARMS) >= 4)
     path, motion = reachable(arm, str(rng.choice(["constant", "turning"])), rng)

@@ -56,9 +56,8 @@ def record_of(seed, kind, gap, time_limit, rivals):
         record |= _planned(problem, truth, gap, time_limit)
         for name in rivals:
             began = time.process_time()
-            cost = (
-                climbed(problem, truth, RUNGS[kind]) if name == "ladder" else refined(problem, truth, seed, time_limit)
-            )
+            ladder = name == "ladder"
+            cost = climbed(problem, truth, RUNGS[kind]) if ladder else refined(problem, truth, seed, time_limit)
             record["rivals"][name] = [cost if np.isfinite(cost) else None, round(time.process_time() - began, 2)]
         if kind == "planar" and not problem.cyclic:
             record["walk"] = walked(problem, truth, record["status"])
@@ -180,9 +179,8 @@ def report(records):
         and (r.get("walk") == "connected" or any(cost is not None for cost, _ in r["rivals"].values()))
     ]  # fmt: skip
     lines.append(f"a motion exists, and the planner found none: {len(missed)}, seeds {missed[:_LISTED]}")
-    open_ = [
-        r["seed"] for r in records if r["status"] not in ("solved", "failed", "infeasible") and r["seed"] not in missed
-    ]
+    told = ("solved", "failed", "infeasible")
+    open_ = [r["seed"] for r in records if r["status"] not in told and r["seed"] not in missed]
     lines.append(f"neither is known: {len(open_)}, seeds {open_[:_LISTED]}")
     solved = [record for record in records if record["status"] == "solved"]
     if solved:

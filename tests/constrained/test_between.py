@@ -5,7 +5,8 @@ import pytest
 
 import selfmotion as sm
 from selfmotion.constrained.between import straight, unsure
-from selfmotion.scene import CircleObstacle, PolygonObstacle
+from selfmotion.errors import InvalidInputError
+from selfmotion.scene import CircleObstacle, HalfPlaneObstacle, PolygonObstacle
 from selfmotion.scene.scene import Scene
 
 
@@ -94,3 +95,30 @@ def test_plans_of_few_samples_are_looked_at_between_them(seed_arm, seed_path):
     check = verify_motion(small, free)
     assert [failure.check for failure in check.failures] == ["clearance"]
     assert check.margins["clearance"] < 0
+
+
+@pytest.mark.parametrize(
+    "obstacle",
+    [
+        HalfPlaneObstacle((0.0, 0.0), (0.0, 1.0)),
+        HalfPlaneObstacle((0.0, -1e-9), (0.0, 1.0)),
+        CircleObstacle((0.0, -1.0), 1.0),
+        PolygonObstacle([(-1.0, 0.0), (-1.0, -1.0), (1.0, -1.0), (1.0, 0.0)]),
+        PolygonObstacle([(0.0, 0.0), (-0.5, -0.2), (-0.5, -0.5)]),
+    ],
+)
+def test_a_link_whose_base_touches_an_obstacle_is_told_clear(obstacle):
+    """The base stands on it, or next to it, however the link turns; and where the link turns into it, it is not."""
+    r = np.linspace(0.0, 1.0, 30)
+    q = np.stack([np.linspace(0.3, 2.5, 30), np.zeros(30), np.zeros(30)], axis=-1)
+    assert unsure(scene(obstacle), straight(r, q), r, q) is None
+    into = q - [0.45, 0.0, 0.0]
+    if isinstance(obstacle, PolygonObstacle) and len(obstacle.corners) == 3:
+        into = q + [1.5, 0.0, 0.0]
+    assert unsure(scene(obstacle), straight(r, into), r, into) is not None
+
+
+def test_obstacles_whose_numbers_rounding_swallows_are_refused():
+    with pytest.raises(InvalidInputError, match="100000 times"):
+        scene(CircleObstacle((1e12, 0.0), 1e12 - 5.0))
+    scene(HalfPlaneObstacle((1e12, 0.0), (-1.0, 0.0)))

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 from small_scenes import planar, spatial
 
+import selfmotion as sm
+from selfmotion.scene import SphereObstacle
+
 TURN = 2 * np.pi
 PAD = 1e-9
 
@@ -66,7 +69,10 @@ def test_cells_in_the_plane_hold_every_allowed_posture(spacing):
 
 
 def test_cells_in_space_hold_every_allowed_posture():
-    problem, rng = spatial(), np.random.default_rng(0)
+    given, rng = spatial(), np.random.default_rng(0)
+    problem = sm.Problem(
+        given.arm.bare, given.path, obstacles=[SphereObstacle((0.2, -0.1, 0.5), 0.1)], least_singular_value=0.02
+    )
     assert check_cells(problem, [0.3], 0.2, rng.uniform(*problem.arm.parameter_range, 80)) > 20
 
 

@@ -111,21 +111,17 @@ def test_links_of_the_plane_reach_from_joint_to_joint(links, direction):
 
 
 @pytest.mark.parametrize(
-    ("thickness", "radius"), [(0.2, [0.1] * 3), ([0.2, 0.4, 0.6], [0.1, 0.2, 0.3]), (None, [0] * 3)]
+    ("thickness", "radius"), [(0.2, [0.1] * 3), ([0.2, 0.4, 0.6], [0.1, 0.2, 0.3]), (0.0, [0] * 3)]
 )
 def test_links_of_the_plane_are_as_thick_as_the_arm_says(thickness, radius):
-    arm = sm.PlanarArm([3, 2, 1])
-    arm.thickness = thickness
-    assert Links.of(arm).radius == pytest.approx(radius)
+    assert Links.of(sm.PlanarArm([3, 2, 1], thickness=thickness)).radius == pytest.approx(radius)
 
 
 def test_links_that_always_touch_are_never_checked():
     """A link shorter than its neighbours are thick: these touch across it in every posture."""
-    arm = sm.PlanarArm([1.0, 0.1, 1.0, 1.0])
-    arm.thickness = 0.3
-    assert Links.of(arm).pairs.tolist() == [[0, 3], [1, 3]]
-    arm.thickness = 0.05
-    assert Links.of(arm).pairs.tolist() == [[0, 2], [0, 3], [1, 3]]
+    links = [1.0, 0.1, 1.0, 1.0]
+    assert Links.of(sm.PlanarArm(links, thickness=0.3)).pairs.tolist() == [[0, 3], [1, 3]]
+    assert Links.of(sm.PlanarArm(links, thickness=0.05)).pairs.tolist() == [[0, 2], [0, 3], [1, 3]]
 
 
 def test_an_arm_of_a_thousand_links_is_no_matter():

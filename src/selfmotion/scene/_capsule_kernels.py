@@ -12,9 +12,11 @@ import numpy as np
 from selfmotion._compiled import kernel
 from selfmotion._types import FloatArray, IntArray
 from selfmotion.scene._distance_kernels import segment_distance, segments_distance
-from selfmotion.scene.kinds import POLYGON
+from selfmotion.scene.kinds import CAPSULE, HALF_SPACE, POLYGON, SPHERE
 
 PAD = 1e-13
+SURE = 1e-9  # part of its coordinates that a difference must be, for its direction …
+TURNED = 1e-6  # … to be turned by no more than this by rounding
 
 
 class Capsules(NamedTuple):
@@ -238,7 +240,7 @@ def hulls_of_cells(
     capsules: Capsules, a: FloatArray, b: FloatArray, dev: FloatArray, points: FloatArray, half: FloatArray,
     rest: FloatArray,
 ) -> None:  # fmt: skip
-    """Enclose where the ends of capsules are in cells (m, n): within `rest` (m, c) of the lines points ± half.
+    """Enclose where the ends of capsules are in cells (m, n): within `rest` (m, c, 2) of the lines points ± half.
 
     These are (m, c, 2, 3). On its chord an end of a capsule is within ``⅛ Σ_jk |Δ_j| |Δ_k| lever_max(j,k)`` of the
     straight line between its two places, since that bounds its second derivative; off the chord by at most
@@ -251,7 +253,6 @@ def hulls_of_cells(
         place(capsules, a[k], axes, centers, one)
         place(capsules, b[k], axes, centers, two)
         for c in range(count):
-            rest[k, c] = 0.0
             for e in range(2):
                 size = 0.0
                 for i in range(3):
@@ -265,7 +266,7 @@ def hulls_of_cells(
                     inner += step
                     off += lever * dev[k, j]
                     size += lever
-                rest[k, c] = max(rest[k, c], 0.125 * bent + off + PAD * size)
+                rest[k, c, e] = 0.125 * bent + off + PAD * size
 
 
 @kernel
@@ -279,60 +280,115 @@ def hulls_of_boxes(
         place(capsules, 0.5 * (low[k] + high[k]), axes, centers, points[k])
         half[k] = 0.0
         for c in range(len(capsules.frame)):
-            rest[k, c] = 0.0
             for e in range(2):
                 move, size = 0.0, np.abs(points[k, c, e]).sum()
                 for j in range(capsules.frame[c] + 1):
                     move += capsules.levers[c, e, j] * 0.5 * (high[k, j] - low[k, j])
                     size += capsules.levers[c, e, j]
-                rest[k, c] = max(rest[k, c], move + PAD * size)
+                rest[k, c, e] = move + PAD * size
 
 
 @kernel
-def farthest(half: FloatArray, rest: float) -> float:
+def farthest(half: FloatArray, rest: FloatArray) -> float:
     """Return how far a capsule's ends get from the middles of their lines (2, 3), in any direction."""
     one = np.sqrt(half[0, 0] ** 2 + half[0, 1] ** 2 + half[0, 2] ** 2)
     two = np.sqrt(half[1, 0] ** 2 + half[1, 1] ** 2 + half[1, 2] ** 2)
-    return max(one, two) + rest
+    return max(one + rest[0], two + rest[1])
 
 
 @kernel
-def along(half: FloatArray, rest: float, normal: FloatArray) -> float:
-    """Return the same along one direction."""
-    one = abs(half[0, 0] * normal[0] + half[0, 1] * normal[1] + half[0, 2] * normal[2])
-    two = abs(half[1, 0] * normal[0] + half[1, 1] * normal[1] + half[1, 2] * normal[2])
-    return max(one, two) + rest
+def lowest(
+    points: FloatArray, half: FloatArray, rest: FloatArray, at: FloatArray, normal: FloatArray, sign: float,
+    known: float,
+) -> float:  # fmt: skip
+    """Return how far ahead of a plane through `at`, along ± its normal, both ends of a capsule stay at least.
+
+    The normal is the direction of something of length `known`, which tells how far rounding may turn it.
+    """
+    least, size = np.inf, 0.0
+    for e in range(2):
+        size += abs(points[e, 0]) + abs(points[e, 1]) + abs(points[e, 2])
+    for e in range(2):
+        ahead = move = length = 0.0
+        for i in range(3):
+            off = points[e, i] - at[i]
+            ahead += sign * normal[i] * off
+            length += abs(off)
+            move += half[e, i] * normal[i]
+        if ahead > 0.0:
+            ahead = max(ahead - TURNED * length, 0.0) if known > SURE * size else 0.0
+        least = min(least, ahead - abs(move) - rest[e])
+    return least
+
+
+@kernel
+def beside_polygon(
+    corners: FloatArray, count: int, points: FloatArray, half: FloatArray, rest: FloatArray, needed: float,
+    at: FloatArray, normal: FloatArray,
+) -> bool:  # fmt: skip
+    """Return whether a capsule surely stays beyond `needed` of a line along an edge with all of a polygon behind it."""
+    normal[2] = at[2] = 0.0
+    for k in range(count):
+        after = (k + 1) % count
+        x, y = corners[2 * after] - corners[2 * k], corners[2 * after + 1] - corners[2 * k + 1]
+        size = np.hypot(x, y)
+        if size == 0.0:
+            continue
+        normal[0], normal[1] = y / size, -x / size
+        at[0], at[1] = corners[2 * k], corners[2 * k + 1]
+        behind = 0.0
+        for i in range(count):
+            x, y = corners[2 * i] - at[0], corners[2 * i + 1] - at[1]
+            behind = max(behind, normal[0] * x + normal[1] * y)
+        if lowest(points, half, rest, at, normal, 1.0, np.inf) > needed + behind:
+            return True
+    return False
 
 
 @kernel
 def keeps_clear(
     shapes: Shapes, pairs: Pairs, p: int, points: FloatArray, half: FloatArray, rest: FloatArray, left: float,
-    forgiven: float, normal: FloatArray, at: FloatArray,
+    forgiven: float, at: FloatArray, normal: FloatArray,
 ) -> bool:  # fmt: skip
     """Return whether a pair with margin `left` in the middle surely keeps its distance, less `forgiven`, all along.
 
-    The distance d to a convex body is a convex function, and where it is least on a link it rises along the link. So
-    for any other place p' of the link's point p, ``d(p') ≥ d + n·(p' − p)``: only the way along n counts. A polygon is
-    its edges, as long as the link does not come to lie across one of them.
+    The distance d from a convex body is a convex function: of every point p' it is ``d(p') ≥ d(p) + n·(p' − p)``, p
+    being the link's point that is nearest in the middle and n the direction away from the body there. What is linear is
+    least at an end of the link; so an end that stands still may be as near as it likes. Of two links each keeps to its
+    side of a plane between them. A polygon is its edges, as long as the link does not come to lie across one of them;
+    of one that is touched in the middle, as where the arm's base is on its edge, see :func:`beside_polygon`.
     """
     c, other = pairs.link[p], pairs.other[p]
-    if left + pairs.needed[p] <= 0.0:
-        return False
+    distance = left + pairs.needed[p]
     if other < 0:
+        if distance <= 0.0:
+            return False
         d = -1 - other
-        return left + forgiven > along(half[c], rest[c], normal) + along(half[d], rest[d], normal)
-    if shapes.kinds[other] != POLYGON:
-        return left + forgiven > along(half[c], rest[c], normal)
-    start = shapes.first[other]
+        ahead = lowest(points[c], half[c], rest[c], at[0], normal, 1.0, distance)
+        return left + forgiven + ahead + lowest(points[d], half[d], rest[d], at[1], normal, -1.0, distance) > 0.0
+    kind, start = shapes.kinds[other], shapes.first[other]
+    if kind != POLYGON:
+        known = distance  # of round bodies n is the direction from their middle, of half-spaces it is given
+        if kind == SPHERE:
+            known += shapes.numbers[start + 3]
+        elif kind == CAPSULE:
+            known += shapes.numbers[start + 6]
+        elif kind == HALF_SPACE:
+            known = np.inf
+        if known <= 0.0:
+            return False
+        return left + forgiven + lowest(points[c], half[c], rest[c], at[0], normal, 1.0, known) > 0.0
     count, corners = int(shapes.numbers[start]), shapes.numbers[start + 1 : shapes.first[other + 1]]
+    if distance <= SURE * np.abs(points[c]).sum():
+        return beside_polygon(corners, count, points[c], half[c], rest[c], pairs.needed[p] - forgiven, at[0], normal)
     one, two = np.zeros(3), np.zeros(3)
     for k in range(count):
         after = (k + 1) % count
         one[0], one[1] = corners[2 * k], corners[2 * k + 1]
         two[0], two[1] = corners[2 * after], corners[2 * after + 1]
         distance = segments_distance(points[c, 0], points[c, 1], one, two, at[0], at[1], normal)
-        move = along(half[c], rest[c], normal)
-        if distance <= move or distance - pairs.needed[p] + forgiven <= move:
+        distance += lowest(points[c], half[c], rest[c], at[0], normal, 1.0, distance)
+        if distance <= 0.0 or distance - pairs.needed[p] + forgiven <= 0.0:
             return False
     return True
 
@@ -358,6 +414,7 @@ def verdicts(
             if left < -move - slack:
                 state[k], by[k] = -1, p
                 break
-            near = state[k] == 1 and left + forgiven <= move
-            if near and not keeps_clear(shapes, pairs, p, points[k], half[k], rest[k], left, forgiven, normal, at):
+            if state[k] != 1 or left + forgiven > move:
+                continue
+            if not keeps_clear(shapes, pairs, p, points[k], half[k], rest[k], left, forgiven, at, normal):
                 state[k], by[k] = 0, p

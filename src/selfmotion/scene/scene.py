@@ -14,13 +14,14 @@ from selfmotion.constrained.constraint import States
 from selfmotion.errors import InvalidInputError
 from selfmotion.paths.base import PLANE, SPACE
 from selfmotion.scene import _capsule_kernels as kernels
-from selfmotion.scene.kinds import BOX, CAPSULE, POLYGON, SPHERE
+from selfmotion.scene.kinds import BOX, CAPSULE, HALF_SPACE, POLYGON, SPHERE
 from selfmotion.scene.links import Links
 from selfmotion.scene.mesh import MeshObstacle
 from selfmotion.scene.obstacle import Obstacle
 
 _TOLERANCE = 1e-9  # of clearance, as a part of the reach
 _ROUNDING = 1e-12  # of the size of a ball
+_LARGEST = 1e5  # coordinates of obstacles, as parts of it: of larger ones rounding would make more than that
 
 
 class Scene:
@@ -70,6 +71,11 @@ class Scene:
                 raise InvalidInputError(
                     f"obstacles.{k}", f"is a {obstacle.kind} of {other}, and this is {mine} arm",
                     "give circle, polygon or half_plane" if dimension == PLANE else "give sphere, box, capsule or mesh",
+                )  # fmt: skip
+            if _extent(obstacle) > _LARGEST * arm.reach:
+                raise InvalidInputError(
+                    f"obstacles.{k}", f"is more than {_LARGEST:g} times as large, or as far away, as the arm can reach",
+                    "are the units of arm and obstacles the same? A wall is a half-plane or a half-space",
                 )  # fmt: skip
         self.links = links = Links.of(arm)
         self.scale = float(arm.reach)
@@ -187,7 +193,7 @@ class Scene:
 
     def _hulls(self, m: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         c = len(self.links.frame)
-        return np.empty((m, c, 2, 3)), np.empty((m, c, 2, 3)), np.empty((m, c))
+        return np.empty((m, c, 2, 3)), np.empty((m, c, 2, 3)), np.empty((m, c, 2))
 
     def _of_hulls(self, points: FloatArray, half: FloatArray, rest: FloatArray, forgiven: float) -> States:
         state, by = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
@@ -196,7 +202,7 @@ class Scene:
             return States(state, by)
         open_ = np.flatnonzero(state >= 0)
         margins = self._from_meshes(points[open_])[0]
-        moves = (np.linalg.norm(half[open_], axis=-1).max(axis=-1) + rest[open_])[:, [c for c, _, _ in self._of_meshes]]
+        moves = (np.linalg.norm(half[open_], axis=-1) + rest[open_]).max(axis=-1)[:, [c for c, _, _ in self._of_meshes]]
         lack = margins + moves + self.tolerance
         worst = lack.argmin(axis=1)
         blocked = lack[np.arange(len(open_)), worst] < 0.0
@@ -231,3 +237,13 @@ def _ball(kind: int, numbers: FloatArray) -> FloatArray:
         middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
         return np.array([*middle, 0.0, (1.0 + _ROUNDING) * np.linalg.norm(corners - middle, axis=1).max()])
     return np.array([0.0, 0.0, 0.0, np.inf])
+
+
+def _extent(obstacle: Obstacle) -> float:
+    """Return the largest of an obstacle's coordinates and sizes; of a half-space, whose distances are exact, none."""
+    if isinstance(obstacle, MeshObstacle):
+        return float(np.abs(obstacle.vertices).max())
+    kind, numbers = obstacle.shape()
+    if kind == HALF_SPACE:
+        return 0.0
+    return float(np.abs(numbers[1:] if kind == POLYGON else numbers).max())
