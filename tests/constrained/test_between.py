@@ -114,7 +114,7 @@ def test_a_link_whose_base_touches_an_obstacle_is_told_clear(obstacle):
     assert unsure(scene(obstacle), straight(r, q), r, q) is None
     into = q - [0.45, 0.0, 0.0]
     if isinstance(obstacle, PolygonObstacle) and len(obstacle.corners) == 3:
-        into = q + [1.5, 0.0, 0.0]
+        into = q + np.array([1.5, 0.0, 0.0])
     assert unsure(scene(obstacle), straight(r, into), r, into) is not None
 
 

@@ -73,7 +73,7 @@ def check_gradients(problem, q, positive):
         smooth = margins > -constraint.scale if not positive else margins > 1e-3
         off = np.abs(rates - differences(constraint, q)).max(axis=-1)[smooth]
         assert np.quantile(off, 0.98) < 1e-5 * constraint.scale
-        assert len(off) > 50
+        assert len(off) > 30
 
 
 @pytest.mark.parametrize("seed", range(6))
