@@ -70,7 +70,7 @@ def test_straight_steps_past_a_thin_obstacle_are_seen():
     rows, q = np.arange(2.0), np.array([[0.0, 0.0, 0.0], [0.05, 0.0, 0.0]])
     assert scene(needle).margins(q).min() > 0
     assert unsure(scene(needle), straight(rows, q), rows, q) is not None
-    away = q - [0.1, 0.0, 0.0]
+    away = q - np.array([0.1, 0.0, 0.0])
     assert unsure(scene(needle), straight(rows, away), rows, away) is None
 
 
@@ -112,7 +112,7 @@ def test_a_link_whose_base_touches_an_obstacle_is_told_clear(obstacle):
     r = np.linspace(0.0, 1.0, 30)
     q = np.stack([np.linspace(0.3, 2.5, 30), np.zeros(30), np.zeros(30)], axis=-1)
     assert unsure(scene(obstacle), straight(r, q), r, q) is None
-    into = q - [0.45, 0.0, 0.0]
+    into = q - np.array([0.45, 0.0, 0.0])
     if isinstance(obstacle, PolygonObstacle) and len(obstacle.corners) == 3:
         into = q + np.array([1.5, 0.0, 0.0])
     assert unsure(scene(obstacle), straight(r, into), r, into) is not None

@@ -61,7 +61,7 @@ class SingularityMargin:
     def margins(self, q: FloatArray) -> FloatArray:
         """Return the least singular value less what is asked for, shape (k, 1); NaN of postures that are NaN."""
         jacobian = self._jacobian(q)
-        known: BoolArray = np.asarray(np.isfinite(jacobian).all(axis=(1, 2), keepdims=True))
+        known = np.asarray(np.isfinite(jacobian).all(axis=(1, 2), keepdims=True))
         values = np.linalg.svd(np.where(known, jacobian, 0.0), compute_uv=False)
         return np.where(known[:, 0], values[:, -1:], np.nan) - self.least
 
