@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from selfmotion._checks import positive
-from selfmotion._types import BoolArray, FloatArray, IntArray
+from selfmotion._types import FloatArray, IntArray
 from selfmotion.arms import RedundantArm
 from selfmotion.arms.cells import Cells
 from selfmotion.constrained.constraint import States
