@@ -108,6 +108,7 @@ class _Search:
         tolerance = min(max(_POLISHED_FOR_LARGE * planner.gap, 1e-5), _POLISHED * planner.gap)
         self.optima = Optima(problem, tolerance, self.deadline)
         self.best: Optimum | None = None
+        self.failed: list[Optimum] = []  # that do not hold on the finest knots either
         self.threshold = np.inf  # motions that cost more need not be in the tube
         self.bound = 0.0
         self.tubes: list[Tube] = []
@@ -320,9 +321,13 @@ class _Search:
     def _add(self, start: Start, near: bool = False) -> None:
         """Refine a start; if it becomes a motion that holds and is better than all before, remember it."""
         optimum = self.optima.add(start, near)
+        if optimum is None or any(known.is_same(optimum) for known in self.failed):
+            return
         # Rounding off kinks blurs the cost on the coarse level, where a motion may not hold yet either.
-        if optimum is not None and not self._accept(optimum, self.problem.objective.has_kinks) and self.best is None:
-            self._accept(optimum, True)
+        if self._accept(optimum, self.problem.objective.has_kinks) or self.best is not None:
+            return
+        if not self._accept(optimum, True):
+            self.failed.append(optimum)
 
     def _is_known(self, q: FloatArray, r: FloatArray) -> bool:
         """Return whether postures q (k, n) at r are so near the best motion that they would lead back to it."""

@@ -80,7 +80,7 @@ def draw_sampled_domain(
     axes.set_ylabel(parameter_name(sampled))
     axes.set_title(sampled.domain.self_motion.branches[branch] + ("" if strips else ": nothing is feasible"))
     if named:
-        legend_below(axes)
+        legend_below(axes, 2 if holes else 3)
 
 
 def sampled_domain_figure(

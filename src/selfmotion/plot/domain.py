@@ -90,7 +90,7 @@ def draw_domain(
     remark = ": empty" if not shown else "" if axes.collections else ": single postures only"
     axes.set_title(f"angle domain, {domain.self_motion.branches[branch]} elbow{remark}")
     if causes:
-        legend_below(axes)
+        legend_below(axes, 2 if holes else 3)  # names of holes are long
     elif curves:
         axes.legend(loc="best", handlelength=3)
 

@@ -31,6 +31,7 @@ _SEEN = 0.008  # part of the picture that a hole with a name takes at least
 _HELD = 0.6  # part of a name that its hole must hold
 _FONT = 6.5
 _LETTER = 0.55  # width of a letter as a part of its height
+_BESIDE = 0.55  # of a name, from its middle to the edge of the picture
 _OBSTACLE = re.compile(r"obstacle (\d+)(?: \((.+)\))?$", re.DOTALL)
 _SIDE = re.compile(r"(.+?) against (.+)$", re.DOTALL)
 
@@ -97,7 +98,7 @@ def fill_holes(axes: Axes, holes: Iterable[tuple[Hole, Sequence[Piece], tuple[fl
         text = contact_name(hole.cause)
         wide, tall = _LETTER * line * len(text) / box.width, 1.3 * line / box.height
         x, y = (r - left) / (right - left), (u - bottom) / (top - bottom)
-        x, y = min(max(x, 0.5 * wide), 1.0 - 0.5 * wide), min(max(y, tall), 1.0 - tall)
+        x, y = min(max(x, _BESIDE * wide), 1.0 - _BESIDE * wide), min(max(y, tall), 1.0 - tall)
         room = max((_across(piece, u, r) for piece in pieces), default=0.0) / (right - left)
         free = room > _HELD * wide and all(abs(x - a) > 0.5 * (wide + w) or abs(y - b) > tall for a, b, w in written)
         if len(written) < _MOST_NAMED and free and area > _SEEN * (right - left) * (top - bottom):

@@ -52,9 +52,10 @@ def draw_obstacles(axes: Axes, arm: RedundantArm) -> None:
         _draw_shape(axes, obstacle, _FAR * arm.reach, look)
         if scene.clearance:
             _draw_outline(axes, obstacle, scene.clearance, _FAR * arm.reach, color)
-        axes.text(
-            *_middle(obstacle, arm.reach), obstacle.name or str(k + 1), ha="center", va="center", fontsize=7.0,
-            color=INK, zorder=2.4, clip_on=True, path_effects=[withStroke(linewidth=1.8, foreground=tinted(color))],
+        axes.annotate(
+            obstacle.name or str(k + 1), _middle(obstacle, arm.reach), ha="center", va="center", fontsize=7.0,
+            color=INK, zorder=2.4, annotation_clip=True,  # of obstacles outside of the picture nothing is written
+            path_effects=[withStroke(linewidth=1.8, foreground=tinted(color))],
         )  # fmt: skip
 
 
