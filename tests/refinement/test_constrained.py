@@ -205,7 +205,8 @@ def test_a_start_that_breaks_a_constraint_is_pushed_out(seed_arm, seed_path):
     optima = Optima(problem, 1e-6, np.inf)
     for near in (False, True):
         optimum = optima.refined(optima.add(start_from(problem, q, r), near))
-        assert optimum.holds
+        assert optimum.check.holds
+        assert not optimum.dips.any()
         assert optimum.cost > free.cost
 
 

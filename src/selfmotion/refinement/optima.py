@@ -90,11 +90,6 @@ class Optimum:
         """By how much the motion falls below the arm's constraints on postures, shape (spans, m), in their scales."""
         return dips(self.collocation, self.motion)
 
-    @property
-    def holds(self) -> bool:
-        """Whether the motion keeps everything, between collocation points too."""
-        return self.check.holds and not self.dips.any()
-
     @cached_property
     def check(self) -> Verification:
         """What is found when the motion is measured."""
@@ -157,9 +152,9 @@ class Optima:
             finer = self.refined(optimum)
             shift = max(shift, abs(finer.cost - optimum.cost))
             self.found[k] = finer
-            if finer.holds and (best is None or finer.cost < best.cost):
+            if finer.check.holds and (best is None or finer.cost < best.cost):
                 best = finer
-            elif finer.check.failures:
+            elif not finer.check.holds:
                 failure = failure or finer.check.failures[0]
         self.found.sort(key=lambda optimum: optimum.cost)
         return best, failure
