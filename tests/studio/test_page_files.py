@@ -16,6 +16,7 @@ from PIL import Image
 import robots
 import selfmotion as sm
 from selfmotion.exchange import problem_from, read_trajectory
+from selfmotion.studio.cases import CASES
 
 SVG = "{http://www.w3.org/2000/svg}"
 BAD = "<img src=x onerror=window.pwned=1>"
@@ -168,9 +169,10 @@ def test_an_example_is_opened(tab):
     tab.open()
     tab.page.click("#open")
     choices = tab.page.locator("#dialog .choices button:not(.file)")
-    choices.nth(2).wait_for()
-    assert choices.count() == 6
-    choices.nth(2).click()
+    number = [case.name for case in CASES].index("both-elbows")
+    choices.nth(number).wait_for()
+    assert choices.count() == len(CASES)
+    choices.nth(number).click()
     tab.page.locator("#dialog").wait_for(state="hidden")
     tab.settle()
     assert tab.problem["planner"]["kind"] == "global"
