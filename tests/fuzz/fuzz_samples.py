@@ -69,6 +69,17 @@ PLANNERS = [
     {"kind": "global", "gap": 1e-3, "time_limit": 5},
     None,
 ]
+PLANE_OBSTACLES = [
+    {"circle": {"center": [30, -30], "radius": 4}},
+    {"name": "clamp", "polygon": [[40, -20], [44, -20], [44, -12], [42, -16]]},
+    {"half_plane": {"point": [0, -60], "normal": [0.1, 1]}},
+]
+SPACE_OBSTACLES = [
+    {"sphere": {"center": [0.4, 0.4, 0.1], "radius": 0.05}},
+    {"name": "crate", "box": {"center": [0, 0.5, 0.3], "size": [0.1, 0.2, 0.3], "rpy": [0, 0, 0.3]}},
+    {"capsule": {"from": [0.5, 0.5, 0], "to": [0.5, 0.5, 1], "radius": 0.03}},
+    {"half_space": {"point": [0, 0, -0.5], "normal": [0, 0, 1]}},
+]
 OPTIONS = {
     "start": {"u": [0.3]}, "end": None, "elbow": "any", "cyclic": False, "weights": [1, 2, 3],
     "objective": "joint_travel", "samples": 100, "obstacles": [],
@@ -83,7 +94,10 @@ def problems():
     ]
     long = {"kind": "planar", "links": [30, 30, 20, 5]}
     plane.append({"arm": long, "path": {**LINE, "direction": 0.3}, "branch": "positive"})
+    around = {"clearance": 0.5, "self_collision": True, "least_singular_value": 0.01}
+    plane.append({"arm": {**PLANAR, "thickness": [1, 2, 1]}, "path": LINE, "obstacles": PLANE_OBSTACLES, **around})
     space = [{"arm": (PANDA, RAIL, URDF)[k % 3], "path": path, "samples": 50} for k, path in enumerate(SPACE_PATHS)]
+    space.append({"arm": PANDA, "path": SPACE_PATHS[0], "obstacles": SPACE_OBSTACLES, **around, "clearance": 0.01})
     return [*plane, *space]
 
 
