@@ -1,6 +1,6 @@
 """Kills a study at random moments until it is done, and looks whether a row was lost, doubled or changed.
 
-    python tests/study/kill_study.py --kills 1000 --out FOLDER
+    python tests/study/kill_study.py --kills 1000
 
 A study of short runs is begun in a process of its own, which is killed (SIGKILL, no chance to tidy up) at a random
 moment: while it starts, while it opens its store, in the middle of a commit. It is begun again until it is done; then
