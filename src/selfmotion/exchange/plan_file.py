@@ -31,6 +31,7 @@ VERSION = 1
 MIGRATIONS: dict[int, Callable[[dict[str, Any]], dict[str, Any]]] = {}
 """For each older version of the form: what makes the next one of it. The first version needs none."""
 
+_REMEDY = "load a file that Plan.save wrote"
 _CHECKSUM = "checksum"
 _MARK = "float"  # JSON has no infinity: {"float": "inf"} stands for it
 _NOT_FINITE = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
@@ -162,7 +163,13 @@ def _certificate_from(data: Any, n: int) -> Certificate:
 
 def _parsed(text: str) -> dict[str, Any]:
     """Return the data of a plan file in this version's form, the checksum checked."""
-    remedy = "load a file that Plan.save wrote"
+    try:
+        return _current(text, _REMEDY)
+    except RecursionError:
+        raise InvalidInputError("", "is nested too deeply", _REMEDY) from None
+
+
+def _current(text: str, remedy: str) -> dict[str, Any]:
     try:
         data = json.loads(text, parse_constant=_no_constant)
     except (ValueError, RecursionError) as error:
@@ -187,7 +194,8 @@ def _parsed(text: str) -> dict[str, Any]:
             raise InvalidInputError(FORMAT, "is of a version that there never was", remedy, version)
         data = MIGRATIONS[version](data)
         version += 1
-    return _unmarked(data)
+    current: dict[str, Any] = _unmarked(data)
+    return current
 
 
 def _plan_from(data: dict[str, Any]) -> Plan:
