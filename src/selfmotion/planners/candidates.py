@@ -302,7 +302,7 @@ def lack(arm: RedundantArm, q: FloatArray) -> FloatArray:
     """Return what sampled motions (p, k, n) lack most of further constraints, as parts of their scales, shape (p,)."""
     total = np.zeros(len(q))
     for constraint in constraints_of(arm):
-        worst = constraint.margins(q.reshape(-1, q.shape[-1])).min(axis=1).reshape(q.shape[:2]).min(axis=1)
+        worst = constraint.least_margins(q.reshape(-1, q.shape[-1]))[0].reshape(q.shape[:2]).min(axis=1)
         total += np.where(worst < -constraint.tolerance, -worst / constraint.scale, 0.0)
     return total
 

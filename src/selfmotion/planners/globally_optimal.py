@@ -212,10 +212,8 @@ class _Search:
     def _evaluate(self, part: _Part) -> None:
         """Prove a part's bound; where its cheapest chords jump gaps that motions may not cross, without these."""
         part.bound, part.chain = part.tube.evaluate(self.deadline), part.tube.cheapest()
-        coverable = constraints_of(self.problem.arm) and np.isfinite(
-            self.problem.fastest
-        )  # else no slab can be covered
-        if coverable and _jumps(part.chain):
+        bounded = np.isfinite(self.problem.fastest)  # else no slab of the path can be covered
+        if constraints_of(self.problem.arm) and bounded and _jumps(part.chain):
             part.tube.connect(self._slabs, self.deadline)
             part.bound = part.tube.evaluate(self.deadline)
             if not part.tube.is_empty:

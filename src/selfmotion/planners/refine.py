@@ -10,6 +10,7 @@ from typing import Any, Literal, NoReturn, Self
 import numpy as np
 
 from selfmotion._checks import integer, number, positive
+from selfmotion.constrained import constraints_of
 from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
@@ -215,7 +216,7 @@ class _Search:
         elif self.furthest < 1.0:
             reason = f"none of {self.tried} starts could be led along the path; the best got to r = {self.furthest:.4g}"
         else:
-            more = ", and the arm's further constraints" if getattr(problem.arm, "constraints", ()) else ""
+            more = ", and the arm's further constraints" if constraints_of(problem.arm) else ""
             reason = f"none of {self.tried} starts could be bent to keep task, limits and ends{more}"
         raise NothingFeasibleError(
             f"{reason} ({stopped})",
