@@ -9,11 +9,12 @@ from searches import box_of, random_search
 import selfmotion as sm
 from selfmotion.arms._motion_kernels import blank_sheet
 from selfmotion.motion import Motion
-from selfmotion.optimizers import INFEASIBLE, RunsSwarms
+from selfmotion.optimizers import INFEASIBLE, RunsSwarms, violation_of
 from selfmotion.planners._candidate_kernels import integral
 from selfmotion.planners.candidates import Candidates, Carrier, PlanarCandidates, candidates_of
 from selfmotion.planners.parametric import _Search
 from selfmotion.profiles import SinusoidProfile
+from selfmotion.report import seed_3r
 
 FAMILIES = ("sinusoid", "harmonics", "bspline")
 SWARMS = {"pso": sm.PSO, "gwo": sm.GWO, "random": sm.RandomSearch}
@@ -256,3 +257,27 @@ def test_both_rankings_find_the_same_motion():
 def test_an_unknown_ranking_is_refused():
     with pytest.raises(sm.InvalidInputError, match="ranking"):
         sm.Sinusoid([0.3], amplitude=[0.4], optimizer=sm.PSO(), ranking="guess")
+
+
+def test_candidates_rank_by_how_deep_a_link_is_in_an_obstacle():
+    given = seed_3r.problem()
+    center, radius = np.array([45.0, -10.0]), 6.0
+    problem = sm.Problem(
+        given.arm, given.path, start={"u": [0.3]}, samples=200, obstacles=[sm.CircleObstacle(center, radius)]
+    )
+    profile = SinusoidProfile([0.3], [0.4])
+    frequencies = np.array([[0.1], [0.5], [1.0]])
+    values = candidates_of(problem, profile, 0, "samples")(frequencies)
+    q, ok = given.arm.solve(problem.points, profile(frequencies, problem.grid), 0)
+    assert ok.all()
+    ends = given.arm.joint_positions(q)
+    part = np.linspace(0.0, 1.0, 2001)[:, None]
+    deepest = [
+        max(
+            radius - np.linalg.norm(a + part * (b - a) - center, axis=-1).min()
+            for posture in motion for a, b in zip(posture[:-1], posture[1:], strict=True)
+        )
+        for motion in ends
+    ]  # fmt: skip
+    assert min(deepest) > 0.1
+    assert [violation_of(value) for value in values] == pytest.approx(np.array(deepest) / 80.0, abs=1e-5)
