@@ -1,6 +1,7 @@
 """Compiled candidates against numpy ones: the chord sum, the integral that it tends to, and what is left uncomputed."""
 
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -275,7 +276,7 @@ def test_candidates_rank_by_how_deep_a_link_is_in_an_obstacle():
     deepest = [
         max(
             radius - np.linalg.norm(a + part * (b - a) - center, axis=-1).min()
-            for posture in motion for a, b in zip(posture[:-1], posture[1:], strict=True)
+            for posture in motion for a, b in pairwise(posture)
         )
         for motion in ends
     ]  # fmt: skip
