@@ -75,6 +75,7 @@ if TYPE_CHECKING:
         Plan,
         Refine,
         Sinusoid,
+        Widest,
         distance_from_optimum,
         plan,
     )
@@ -116,7 +117,7 @@ _HOME = {
     ),
     "planners": (
         "BSpline", "Global", "Harmonics", "Modules", "MovingBase", "Plan", "Refine", "Sinusoid",
-        "distance_from_optimum", "plan",
+        "Widest", "distance_from_optimum", "plan",
     ),
     "problem": ("Problem",),
     "scene": (

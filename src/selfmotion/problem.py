@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from selfmotion._checks import angles, choice, finite_array, integer, read_only
+from selfmotion._checks import angles, choice, finite_array, integer, positive, read_only
 from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms import RedundantArm
@@ -31,6 +31,10 @@ if TYPE_CHECKING:
 MAX_SAMPLES = 1_000_000
 # A posture given by its joints must have the tool on the path to this part of the reach.
 _ON_PATH = 1e-6
+Margin = Literal["clearance", "least_singular_value"]
+"""What a problem may ask for beyond joint limits, as a distance from where postures are forbidden."""
+CHECKS: dict[Margin, str] = {"clearance": "clearance", "least_singular_value": "singularity"}
+"""The check that fails where a margin is not kept."""
 ANGLE = 1e-6
 """Error of an angle that is still the angle asked for [rad]."""
 # A posture may stand on a limit up to rounding.
@@ -152,6 +156,40 @@ class Problem:
         """Return the same problem without one of the constraints on its ends."""
         other = copy.copy(self)
         setattr(other, constraint, False if constraint == "cyclic" else None)
+        return other
+
+    def with_margin(self, margin: Margin, value: float) -> Problem:
+        """Return the same problem that asks for another clearance, or another least singular value.
+
+        Parameters
+        ----------
+        margin : {"clearance", "least_singular_value"}
+        value : float
+
+        Returns
+        -------
+        Problem
+
+        Raises
+        ------
+        InvalidInputError
+            If `value` is not positive, there is no obstacle to keep clear of, or start or end come nearer.
+        """
+        bare, others = unconstrained(self.arm), [c for c in constraints_of(self.arm) if c.check != CHECKS[margin]]
+        other = copy.copy(self)
+        if margin == "clearance":
+            scene = self.scene
+            if scene is None or not scene.obstacles:
+                raise InvalidInputError("clearance", "is asked for where no obstacle is", "give obstacles", value)
+            other.scene = changed = type(scene)(bare, scene.obstacles, positive("clearance", value), scene.self_collision)
+            other.arm = constrained(bare, [changed, *others])
+        else:
+            other.arm = constrained(bare, [*others, SingularityMargin(bare, value)])
+            other.least_singular_value = value
+        other.__dict__.pop("blocked", None)
+        for name, posture, r in (("start", self.start, 0.0), ("end", self.end, 1.0)):
+            if posture is not None:
+                other._check_inside(name, posture, r)
         return other
 
     @property

@@ -19,11 +19,12 @@ from selfmotion.planners.moving_base import MovingBase
 from selfmotion.planners.parametric import Parametric, Sinusoid
 from selfmotion.planners.refine import Refine
 from selfmotion.planners.series import BSpline, Harmonics
+from selfmotion.planners.widest import Widest
 from selfmotion.plans import Plan
 from selfmotion.problem import Problem
 
 PLANNERS: dict[str, type[Planner]] = {
-    planner.kind: planner for planner in (Sinusoid, Harmonics, BSpline, Modules, MovingBase, Refine, Global)
+    planner.kind: planner for planner in (Sinusoid, Harmonics, BSpline, Modules, MovingBase, Refine, Global, Widest)
 }
 """Every planner by the ``kind`` of a problem file."""
 
@@ -75,6 +76,7 @@ __all__ = [
     "Planner",
     "Refine",
     "Sinusoid",
+    "Widest",
     "compare_ladder",
     "compare_plan",
     "compare_rows",

@@ -1,0 +1,280 @@
+"""The motion that keeps farthest from obstacles, or from singular postures, and a proof that none keeps farther."""
+
+from __future__ import annotations
+
+import time
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from selfmotion._checks import choice, number, positive
+from selfmotion._types import FloatArray
+from selfmotion.certificate.chains import Chains
+from selfmotion.certificate.joined import ends
+from selfmotion.constrained import Constraint, SingularityMargin, unconstrained
+from selfmotion.errors import InvalidInputError, NothingFeasibleError, UndecidedError
+from selfmotion.optimizers import Progress
+from selfmotion.planners.base import Planner
+from selfmotion.planners.globally_optimal import Global
+from selfmotion.planners.widest_chain import WidestChain, widest_chain
+from selfmotion.plans import Plan
+from selfmotion.problem import CHECKS, Margin, Posture, Problem
+from selfmotion.refinement import Optima, start_from
+
+if TYPE_CHECKING:
+    from selfmotion.arms.cells import Cover
+
+_PLACES = 65  # along the path that are looked at
+_ZOOMS, _WITHIN = 4, 9  # looks nearer and nearer at that place, and places looked at each time
+_LOOK = 0.1  # cells whose ends are looked at [rad]
+_SPACING = 0.02  # cells by which it is proved that no posture there keeps farther away [rad]
+_RELATIVE = 1e-3  # by how much more is tried at first
+_UNIT = 1.0  # least singular value that is measured from
+_TOLERANCE = 1e-3  # of motions that need not be the shortest
+_FIRST_MOTION = 1.0  # gap at which the shortest motion is of no interest
+_FOR_MOTIONS, _FOR_PROOFS = 0.5, 0.75  # parts of the time, then the shortest of the widest motions is looked for
+_PART = 0.25  # of the time left of its kind that one try may take
+
+
+class Try(NamedTuple):
+    """Whether a motion keeps a margin.
+
+    Attributes
+    ----------
+    margin : float
+    answer : str
+        ``"motion"``, ``"none"`` if it is proved that there is none, else ``"unknown"``.
+    """
+
+    margin: float
+    answer: str
+
+
+class Widest(Planner):
+    """Keeps as far as possible from obstacles, or from singular postures, and proves that no motion keeps farther.
+
+    Parameters
+    ----------
+    margin : {"least_singular_value", "clearance"}
+        What is to be as large as possible where it is least along the motion, by its name in a problem.
+    tolerance : float
+        Relative distance between the margin that is kept and the one that is proved to be out of reach at which to
+        stop.
+    gap : float
+        The motion is the shortest of those that keep the margin, up to this relative distance; see :class:`Global`.
+    time_limit : float
+        Seconds after which the widest motion and the best proof so far are the answer.
+
+    Raises
+    ------
+    InvalidInputError
+        If a number is out of range.
+
+    Notes
+    -----
+    The objective is ``max_θ min_r m(θ(r))`` over all continuous motions. ``m`` is a constraint's margin, and whether
+    there is a motion with ``m ≥ M`` is what the global planner answers: by a motion, or by a proof that there is none.
+    Bisection does the rest, from the narrowest place of the path, where no posture has more than its self-motion
+    allows. Where an answer is not found in time, motions below and proofs above are looked for, so both ends of the
+    interval that is told, ``parameters["kept"]`` and ``parameters["at_most"]``, stand whatever was left open between
+    them. What the problem itself asks for is kept in any case.
+
+    For arms with one redundant degree of freedom. Of an arm that is not rigorous nothing is proved, and ``at_most`` is
+    None.
+    """
+
+    kind = "widest"
+
+    def __init__(
+        self,
+        margin: Margin = "least_singular_value",
+        tolerance: float = 1e-2,
+        gap: float = 1e-3,
+        time_limit: float = 60.0,
+    ) -> None:
+        self.margin: Margin = choice("margin", margin, CHECKS)
+        self.tolerance = number("tolerance", tolerance, 1e-6, 1.0)
+        self.gap = number("gap", gap, 1e-9, 1.0)
+        self.time_limit = positive("time_limit", time_limit)
+
+    def plan(self, problem: Problem, progress: Progress | None = None) -> Plan:
+        """Plan a motion; see :meth:`Planner.plan`."""
+        if problem.arm.n_u != 1:
+            raise InvalidInputError(
+                "planner",
+                f"widest needs an arm with one redundant degree of freedom, and this one has {problem.arm.n_u}",
+                "use planner refine with the margin as a constraint, or keep the direction of the last link",
+            )
+        if self.margin == "clearance" and (problem.scene is None or not problem.scene.obstacles):
+            raise InvalidInputError("planner.margin", "is clearance, and there is no obstacle", "give obstacles")
+        return _Search(self, problem, progress).plan()
+
+
+class _Search:
+    """One run of the planner."""
+
+    def __init__(self, planner: Widest, problem: Problem, progress: Progress | None) -> None:
+        self.planner, self.problem, self.progress = planner, problem, progress
+        self.began = time.perf_counter()
+        asked = problem.scene.clearance if planner.margin == "clearance" and problem.scene else 0.0
+        self.low = problem.least_singular_value or 0.0 if planner.margin == "least_singular_value" else asked
+        self.high = np.inf
+        self.open = problem.without("start").without("end")
+        self.tries: list[Try] = []
+        self._grid = np.linspace(0.0, 1.0, _PLACES)
+        self.widest: Plan
+
+    @cached_property
+    def _measure(self) -> Constraint:
+        """What the margin is told by: how far a posture is from what is asked of it."""
+        arm, scene = unconstrained(self.problem.arm), self.problem.scene
+        return (
+            SingularityMargin(arm, _UNIT)
+            if scene is None or self.planner.margin != "clearance"
+            else type(scene)(arm, scene.obstacles)
+        )
+
+    def plan(self) -> Plan:
+        until_motions, until_proofs, deadline = (self._at(part) for part in (_FOR_MOTIONS, _FOR_PROOFS, 1.0))
+        self.widest = Global(_FIRST_MOTION, self.planner.time_limit).plan(self.problem)
+        self.high = max(self._narrowest(), self.low)  # which a motion keeps
+        self._look_for_motions(until_motions)
+        if self.problem.arm.rigorous:
+            self._prove(until_proofs)
+        best = self._shortest(max(deadline - time.perf_counter(), 1e-3))
+        settings = {name: getattr(self.planner, name) for name in ("margin", "tolerance", "gap", "time_limit")}
+        parameters = {
+            "settings": settings,
+            "kept": self.low,
+            "at_most": self.high if self.problem.arm.rigorous else None,
+            "tries": [each._asdict() for each in self.tries],
+            **({} if best.certificate is None else best.certificate.summary()),
+        }
+        seconds = time.perf_counter() - self.began
+        plan = Plan(best.problem, best.motion, self.planner.kind, parameters, best.evaluations, seconds)
+        if best.certificate is not None:
+            plan.certify(best.certificate)
+        return plan
+
+    def _at(self, part: float) -> float:
+        return self.began + part * self.planner.time_limit
+
+    @property
+    def _step(self) -> float:
+        """What the margin that is kept may be short of the best."""
+        return self.planner.tolerance * self.high
+
+    def _look_for_motions(self, until: float) -> None:
+        """Raise the margin that is kept, at first to what the widest chain of postures has."""
+        chain, ceiling = widest_chain(self.problem, self._margins), self.high
+        wanted = 0.5 * (self.low + ceiling)
+        if chain is not None and self.low < chain.margin < ceiling:
+            wanted = chain.margin
+        while ceiling - self.low > self._step and time.perf_counter() < until:
+            found = self._motion(chain, wanted, self._share(until))
+            self._noted(wanted, "unknown" if found is None else "motion")
+            if found is None:
+                ceiling = wanted
+            else:
+                self.low, self.widest = wanted, found
+            wanted = 0.5 * (self.low + ceiling)
+
+    def _motion(self, chain: WidestChain | None, margin: float, seconds: float) -> Plan | None:
+        """Return a motion that keeps a margin, near the widest chain or near the widest motion so far."""
+        problem = self.problem.with_margin(self.planner.margin, margin)
+        optima = Optima(problem, _TOLERANCE, time.perf_counter() + seconds)
+        starts = [] if chain is None else [(chain.q, chain.r)]
+        for q, r in (*starts, (self.widest(self._grid), self._grid)):
+            optimum = optima.add(start_from(problem, q, r), near=True)
+            for candidate in () if optimum is None else (optimum, optima.refined(optimum)):
+                if candidate.check.holds:
+                    return Plan(problem, candidate.motion, self.planner.kind, {}, optima.iterations)
+        return None
+
+    def _prove(self, until: float) -> None:
+        """Lower what is proved to be out of reach, at first to hardly more than what is kept."""
+        floor, wanted = self.low, self.low + self._step
+        while self.high - floor > self._step and time.perf_counter() < until:
+            if self._is_out_of_reach(wanted, self._share(until)):
+                self.high = wanted
+            else:
+                floor = wanted
+            wanted = 0.5 * (floor + self.high)
+
+    def _is_out_of_reach(self, margin: float, seconds: float) -> bool:
+        problem = self.problem.with_margin(self.planner.margin, margin)
+        if not np.isfinite(problem.fastest):  # no part of the path can be covered
+            return False
+        slabs, deadline = problem.arm.slabs(problem.path, problem.elbow), time.perf_counter() + seconds
+        chains = Chains(slabs, start=ends(problem, "start"), end=ends(problem, "end"), deadline=deadline)
+        proved = chains.prove(deadline).proved
+        self._noted(margin, "none" if proved else "unknown")
+        return proved
+
+    def _share(self, until: float) -> float:
+        return max(_PART * (until - time.perf_counter()), 1e-3)
+
+    def _noted(self, margin: float, answer: str) -> str:
+        self.tries.append(Try(float(margin), answer))
+        if self.progress is not None:
+            self.progress(len(self.tries), 0, self.widest.cost)
+        return answer
+
+    def _shortest(self, seconds: float) -> Plan:
+        """Return the shortest motion that keeps the margin, or the one that is known to keep it."""
+        try:
+            return Global(self.planner.gap, seconds).plan(self.widest.problem)
+        except (NothingFeasibleError, UndecidedError):
+            return self.widest
+
+    def _narrowest(self) -> float:
+        """Return a margin that no posture has at the narrowest place of the path, nor what start and end are given as.
+
+        Where that place is, postures at the ends of cells tell; what is true there, cells that leave nothing out.
+        """
+        cover, places = self.problem.arm.cover(self.problem.elbow), np.linspace(0.0, 1.0, _PLACES)
+        for _ in range(_ZOOMS):
+            widths = [self._width(cover, r) for r in places]
+            k = int(np.argmin(widths))
+            narrowest, width = float(places[k]), widths[k]
+            places = np.linspace(places[max(k - 1, 0)], places[min(k + 1, len(places) - 1)], _WITHIN)
+        given = [self._width_given(self.problem.start, 0.0), self._width_given(self.problem.end, 1.0)]
+        return min(self._out_of_reach_at(narrowest, max(width, self.low)), *given)
+
+    def _width(self, cover: Cover, r: float) -> float:
+        """Return the largest margin of the postures at r that are looked at."""
+        cells = cover.cells(self.problem.path(r), _LOOK)
+        return float(self._margins(np.concatenate([cells.a, cells.b])).max(initial=-np.inf))
+
+    def _width_given(self, posture: Posture | None, r: float) -> float:
+        """Return the largest margin of what a given posture may be."""
+        if posture is None:
+            return np.inf
+        arm, branches = self.problem.arm, self.problem.elbow_branches
+        q = (
+            [posture.q]
+            if posture.q is not None
+            else [arm.solve(self.problem.path(r), posture.u, b)[0] for b in branches]
+        )
+        return float(np.nanmax(self._margins(np.array(q)), initial=-np.inf))
+
+    def _margins(self, q: FloatArray) -> FloatArray:
+        """Return the margin of postures (k, n), shape (k,)."""
+        least = self._measure.least_margins(q)[0]
+        return least + _UNIT if self.planner.margin == "least_singular_value" else least
+
+    def _out_of_reach_at(self, r: float, width: float) -> float:
+        """Return a margin that no posture at r has, hardly above the `width` that postures seen there have."""
+        x, below, step = self.problem.path(r), width, _RELATIVE * max(width, self._measure.scale * _RELATIVE)
+        while not self._is_empty(x, below + step):
+            below, step = below + step, 2.0 * step
+        above = below + step
+        while above - below > 0.1 * self.planner.tolerance * above:
+            middle = 0.5 * (below + above)
+            below, above = (below, middle) if self._is_empty(x, middle) else (middle, above)
+        return above
+
+    def _is_empty(self, x: FloatArray, margin: float) -> bool:
+        problem = self.open.with_margin(self.planner.margin, margin)
+        return len(problem.arm.cover(problem.elbow).cells(x, _SPACING)) == 0
