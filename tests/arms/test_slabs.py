@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import selfmotion as sm
+from selfmotion.arms._cover_kernels import solve
 from selfmotion.arms.planar_slabs import PlanarSlabs
 
 TAU = 2 * np.pi
@@ -70,6 +71,38 @@ def test_every_feasible_posture_is_in_a_box(part):
         assert are_in(finer, q, arm, cover.wraps).all(), (arm, path, elbow)
         assert finer.origin.max(initial=-1) < len(boxes)
     assert seen > 1000
+
+
+@pytest.mark.parametrize("part", range(3))
+def test_links_end_where_boxes_say(part):
+    """Postures of each piece, for task points of the slab, against the places (x, y) ± (Δx, Δy) within rest."""
+    rng, seen, known = np.random.default_rng(100 + part), 0, []
+    for _ in range(60):
+        arm, path, elbow = random_case(rng)
+        cover = PlanarSlabs(arm, path, elbow)
+        width = 10.0 ** rng.uniform(-6, -0.5)
+        low = rng.uniform(0.0, 1.0 - width)
+        boxes = cover.boxes(low, low + width, 10.0 ** rng.uniform(-2, 0.3))
+        phi, offset = np.empty(3), arm.annulus[0]
+        for (chart, sign, start, stop), places in zip(boxes.pieces, boxes.places, strict=True):
+            assert places.shape == (arm.n + 1, 5)
+            for r in (low, low + width, rng.uniform(low, low + width)):
+                tool = path(r)
+                x, y = tool - offset
+                angle = rng.choice([start, stop, rng.uniform(start, stop)])
+                if solve(arm.links[:3], x, y, int(chart), sign, angle, phi) < 0.0:
+                    continue
+                steps = arm.links[:3, None] * np.stack([np.cos(phi), np.sin(phi)], axis=1)
+                ends = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0), tool[None]])[: arm.n + 1]
+                off, line = ends - places[:, :2], places[:, 2:4]
+                square = (line * line).sum(axis=1)
+                along = np.divide((off * line).sum(axis=1), square, out=np.zeros(len(off)), where=square > 0)
+                away = np.hypot(*(off - np.clip(along, -1.0, 1.0)[:, None] * line).T)
+                assert (away <= places[:, 4] + 1e-14 * arm.reach).all(), (arm, path, elbow, away - places[:, 4])
+                seen += 1
+        known += [np.median(boxes.places[:, 2, 4]) / arm.reach] if len(boxes) else []
+    assert seen > 5000
+    assert np.median(known) < 0.1
 
 
 def test_boxes_keep_inside_the_limits_and_are_small_where_the_slab_is_thin():

@@ -37,7 +37,8 @@ class Planted:
                     rows.append((a, b, any(q0 <= a and b <= q1 and r0 <= low and high <= r1 for r0, r1, q0, q1 in near),
                                  origin))  # fmt: skip
         a, b, clean, origin = (np.array(column) for column in zip(*rows, strict=True)) if rows else np.empty((4, 0))
-        return Boxes(a[:, None], b[:, None], clean.astype(bool), np.empty((len(a), 0)), origin.astype(int))
+        return Boxes(a[:, None], b[:, None], clean.astype(bool), np.empty((len(a), 0)), origin.astype(int),
+                     np.empty((len(a), 0, 5)))  # fmt: skip
 
 
 def proof(*rectangles, **options):
@@ -123,7 +124,7 @@ def test_time_and_budget_end_it():
 
 def test_a_slab_keeps_what_both_ends_lead_to():
     boxes = Boxes(np.zeros((3, 2)), np.array([[0.2, 0.4], [0.1, 0.1], [1.0, 0.0]]), np.array([False, True, False]),
-                  np.empty((3, 0)), np.arange(3))  # fmt: skip
+                  np.empty((3, 0)), np.arange(3), np.empty((3, 0, 5)))  # fmt: skip
     slab = Slab(0.2, 0.3, boxes, np.array([1.0, np.inf, 2.0]), np.array([0.5, 0.0, 3.0]))
     np.testing.assert_array_equal(slab.radius, [0.2, 0.05, 0.5])
     np.testing.assert_array_equal(slab.toll, [0.2, 0.0, 0.5])  # nothing for those with nothing outside the limits

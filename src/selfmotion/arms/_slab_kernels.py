@@ -82,7 +82,7 @@ def joint_box(
         room += PAD * (1.0 + abs(angle) + abs(middle[m - 1]))
         box[m, 0], box[m, 1] = angle - room, angle + room
     if kind == REGULAR and abs(t[chart, 0]) > 1.01 * t[chart, 1]:
-        narrow(links, x, y, rho, direction, chart, sign, low, high, t, box)
+        narrow(links, x, y, rho, direction, chart, sign, low, high, t, box, middle, radius)
     else:
         kind = ROUGH
     j, k = others(chart)
@@ -99,9 +99,9 @@ def joint_box(
 @kernel
 def narrow(
     links: FloatArray, x: float, y: float, rho: float, direction: float, chart: int, sign: float, low: float,
-    high: float, t: FloatArray, box: FloatArray,
+    high: float, t: FloatArray, box: FloatArray, directions: FloatArray, radius: FloatArray,
 ) -> None:  # fmt: skip
-    """Narrow the box of a piece by the mean value theorem, from the posture in the middle of piece and disc."""
+    """Narrow the box and the directions of a piece by the mean value theorem, from the posture in its middle."""
     half, middle = 0.5 * (high - low) * (1.0 + PAD), 0.5 * (low + high)
     size = np.hypot(x, y) + links.sum()
     slowest = abs(t[chart, 0]) - t[chart, 1]
@@ -118,6 +118,50 @@ def narrow(
         spread = (abs(rate) + room) / slowest * half + shift * lever * rho * (1.0 + PAD)
         spread += PAD * (2.0 + abs(angle) + abs(direction) + size * lever * (shift + 1.0 / links.min()))
         box[m, 0], box[m, 1] = max(box[m, 0], angle - spread), min(box[m, 1], angle + spread)
+    for m in range(3):
+        if m != chart:
+            spread = (abs(t[m, 0]) + t[m, 1]) / slowest * half + lever * rho * (1.0 + PAD) / links[m]
+            spread += PAD * (2.0 + abs(exact[m]) + size * lever * (1.0 / links[m] + 1.0 / links.min()))
+            least = max(directions[m] - radius[m], exact[m] - spread)
+            most = min(directions[m] + radius[m], exact[m] + spread)
+            if least < most:
+                directions[m], radius[m] = 0.5 * (least + most), 0.5 * (most - least) + PAD
+
+
+@kernel
+def place_joints(
+    links: FloatArray, x: float, y: float, rho: float, middle: FloatArray, radius: FloatArray, places: FloatArray
+) -> None:  # fmt: skip
+    """Enclose where the ends of the three links are whose directions are within `radius` of `middle`, tool in the disc.
+
+    Row m of `places` (4, 5) is of the base or of the end of link m: it is within `rest` of a line, (x, y, Δx, Δy, rest)
+    with the line from (x, y) − Δ to (x, y) + Δ. The second link ends where it is led to from the base or from the tool,
+    whichever is known better.
+    """
+    pad = 10.0 * PAD * (np.hypot(x, y) + links.sum())
+    places[0] = 0.0
+    places[3, 0], places[3, 1], places[3, 2], places[3, 3], places[3, 4] = x, y, 0.0, 0.0, rho + pad
+    turn_about(0.0, 0.0, links[0], middle[0], radius[0], pad, places[1])
+    if rho + links[2] * radius[2] < links[0] * radius[0] + links[1] * radius[1]:
+        turn_about(x, y, -links[2], middle[2], radius[2], rho + pad, places[2])
+    else:
+        moved = min(radius[0], 2.0) * links[0]
+        ahead, beside = links[0] * np.cos(middle[0]), links[0] * np.sin(middle[0])
+        turn_about(ahead, beside, links[1], middle[1], radius[1], moved + pad, places[2])
+
+
+@kernel
+def turn_about(
+    x: float, y: float, length: float, angle: float, radius: float, rest: float, place: FloatArray
+) -> None:  # fmt: skip
+    """Fill in where a link ends that turns by ± `radius` about (x, y), known within `rest`: r²/2 from a tangent."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    place[0], place[1] = x + length * cosine, y + length * sine
+    if radius < 1.0:
+        place[2], place[3] = -length * radius * sine, length * radius * cosine
+        place[4] = rest + 0.5 * abs(length) * radius * radius
+    else:
+        place[2], place[3], place[4] = 0.0, 0.0, rest + abs(length) * min(radius, 2.0)
 
 
 @kernel
@@ -187,11 +231,12 @@ def slab_boxes(
     links: FloatArray, x: float, y: float, rho: float, direction: float, wraps: BoolArray, windows: FloatArray,
     first: IntArray, pieces: FloatArray, inside_low: FloatArray, inside_high: FloatArray, size: FloatArray,
     narrowest: float,
-    low: FloatArray, high: FloatArray, clean: BoolArray, found: FloatArray, origin: IntArray,
+    low: FloatArray, high: FloatArray, clean: BoolArray, found: FloatArray, origin: IntArray, places: FloatArray,
 ) -> int:  # fmt: skip
     """Cover pieces (p, 4) of the self-motion of a disc by boxes; return how many there are, as :func:`cover` does.
 
-    Limited joints stay in [inside_low, inside_high] (p, n) as well.
+    Limited joints stay in [inside_low, inside_high] (p, n) as well. Of each box `places` (m, 4, 5) are where the links'
+    ends are, see :func:`place_joints`.
     """
     n, capacity, count = low.shape[1], len(low), 0
     stack, t, dt = np.empty((_DEEPEST, 2)), np.empty((3, 2)), np.empty((3, 2))
@@ -227,6 +272,7 @@ def slab_boxes(
                         low[count, j], high[count, j] = ways[j, pick[j], 0], ways[j, pick[j], 1]
                         clean[count] = clean[count] and ways[j, pick[j], 2] > 0.0
                     found[count, 0], found[count, 1], found[count, 2], found[count, 3] = chart, sign, start, stop
+                    place_joints(links, x, y, rho, middle, radius, places[count])
                 count += 1
                 if is_last(pick, many):
                     break

@@ -84,6 +84,7 @@ class CurveSlabs:
             )  # fmt: skip
             if count <= capacity:
                 return Boxes(
-                    starts[:count] - shift, stops[:count] - shift, clean[:count], found[:count], parent[:count]
-                )
+                    starts[:count] - shift, stops[:count] - shift, clean[:count], found[:count], parent[:count],
+                    np.empty((count, 0, 5)),
+                )  # fmt: skip
             capacity = count

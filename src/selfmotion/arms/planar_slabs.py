@@ -65,12 +65,22 @@ class PlanarSlabs:
         capacity = max(256, 4 * len(pieces))
         while True:
             starts, stops, found = (np.empty((capacity, k)) for k in (self.n, self.n, 4))
-            clean, origin = np.empty(capacity, bool), np.empty(capacity, np.int64)
+            clean, origin, places = np.empty(capacity, bool), np.empty(capacity, np.int64), np.empty((capacity, 4, 5))
             count = slab_boxes(
                 cover.links, x, y, rho, cover.direction, self.wraps, cover.windows, cover.first,
                 np.ascontiguousarray(pieces), at_least, at_most, size, _NARROWEST,
-                starts, stops, clean, found, origin,
+                starts, stops, clean, found, origin, places,
             )  # fmt: skip
             if count <= capacity:
-                return Boxes(starts[:count], stops[:count], clean[:count], found[:count], origin[:count])
+                ends = self._with_tool(places[:count])
+                return Boxes(starts[:count], stops[:count], clean[:count], found[:count], origin[:count], ends)
             capacity = count
+
+    def _with_tool(self, places: FloatArray) -> FloatArray:
+        """Return where links end (m, 4, 5) with the end of a fourth one, whose direction is given."""
+        if self.n == len(self._cover.links):
+            return places
+        tool = places[:, -1:].copy()
+        tool[..., :2] += self._cover.offset
+        tool[..., 4] += self._room
+        return np.concatenate([places, tool], axis=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Protocol
 
 import numpy as np
@@ -25,6 +25,10 @@ class Boxes:
         What the cover needs to split a box; nobody else's business.
     origin : array of int, shape (m,)
         Of split boxes, the row of the box that each is a part of.
+    places : array, shape (m, n + 1, 5)
+        Of planar arms, where the base and the ends of the links are in the postures that the box was made for: within
+        `rest` of the line from (x, y) − (Δx, Δy) to (x, y) + (Δx, Δy), as (x, y, Δx, Δy, rest). Narrower than the box
+        tells, since joints do not move independently. Of others (m, 0, 5).
     """
 
     low: FloatArray
@@ -32,12 +36,13 @@ class Boxes:
     clean: BoolArray
     pieces: FloatArray
     origin: IntArray
+    places: FloatArray
 
     def __len__(self) -> int:
         return len(self.low)
 
     def __getitem__(self, rows: IntArray | BoolArray | slice) -> Boxes:
-        return Boxes(self.low[rows], self.high[rows], self.clean[rows], self.pieces[rows], self.origin[rows])
+        return Boxes(*(getattr(self, each.name)[rows] for each in fields(self)))
 
     def contain(self, q: FloatArray, wraps: BoolArray, tolerance: float = 0.0) -> BoolArray:
         """Return which boxes hold a posture, shape (m,).

@@ -58,8 +58,8 @@ class Constraint(Protocol):
         """Return what is sure of cells; free are those that lack no more than `forgiven`."""
         ...
 
-    def of_boxes(self, low: FloatArray, high: FloatArray) -> States:
-        """Return what is sure of boxes of joint angles, (m, n) each."""
+    def of_boxes(self, low: FloatArray, high: FloatArray, places: FloatArray | None = None) -> States:
+        """Return what is sure of boxes of joint angles, (m, n) each; `places` are those of :class:`Boxes`."""
         ...
 
     def cause(self, k: int) -> str:

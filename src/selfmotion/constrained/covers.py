@@ -8,13 +8,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import fields, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.arms.cells import Cells, Cover
 from selfmotion.arms.slabs import Boxes, SlabCover
-from selfmotion.constrained.constraint import BLOCKED, FREE, Constraint
+from selfmotion.constrained.constraint import BLOCKED, FREE, UNDECIDED, Constraint
 
 _TIMES = 3  # that undecided cells are split again …
 _SHORTER = 4.0  # … into cells so many times as short
@@ -149,21 +150,43 @@ class ConstrainedSlabs:
         return self._sifted(low, high, self._slabs.split(low, high, boxes, size))
 
     def _sifted(self, low: float, high: float, boxes: Boxes) -> Boxes:
-        """Return the boxes that are not surely blocked, those that are undecided in smaller ones."""
-        parts, most = [], np.full(len(boxes), np.inf)
-        for times in range(_HALVINGS + 1):
-            if not len(boxes):
-                break
-            found = [constraint.of_boxes(boxes.low, boxes.high).state for constraint in self._constraints]
+        """Return the boxes that are not surely blocked, those that are undecided in smaller ones if that tells more."""
+        levels: list[_Level] = []
+        parent, most = np.arange(len(boxes)), np.full(len(boxes), np.inf)
+        while len(boxes):
+            found = [constraint.of_boxes(boxes.low, boxes.high, boxes.places).state for constraint in self._constraints]
             state = np.min(found, axis=0)
             radius = 0.5 * (boxes.high - boxes.low).max(axis=1)
             again = (state != BLOCKED) & (state != FREE) & (radius > _SMALLEST) & (radius <= _SHRUNK * most)
-            again &= times < _HALVINGS and high > low
-            clean: BoolArray = boxes.clean & (state == FREE)
-            parts.append(replace(boxes, clean=clean)[(state != BLOCKED) & ~again])
+            again &= len(levels) < _HALVINGS and high > low
+            levels.append(_Level(replace(boxes, clean=boxes.clean & (state == FREE)), state, again, parent))
             if not again.any():
                 break
             smaller = self._slabs.split(low, high, boxes[again], 0.5 * radius[again])
-            boxes = replace(smaller, origin=boxes.origin[again][smaller.origin])
-            most = radius[again][smaller.origin]
-        return _together(parts) if parts else boxes
+            parent = np.flatnonzero(again)[smaller.origin]
+            boxes, most = replace(smaller, origin=boxes.origin[parent]), radius[parent]
+        return _leaves(levels) if levels else boxes
+
+
+class _Level(NamedTuple):
+    """Boxes that were split equally often: what is sure of each (m,), whether it was split again, and its parent."""
+
+    boxes: Boxes
+    state: IntArray
+    again: BoolArray
+    parent: IntArray
+
+
+def _leaves(levels: Sequence[_Level]) -> Boxes:
+    """Return the boxes that are not surely blocked, whole where nothing is sure of any of the parts of one."""
+    whole = [(level.state == UNDECIDED) & ~level.again for level in levels]
+    for k in range(len(levels) - 1, 0, -1):
+        above, parent = levels[k - 1].again, levels[k].parent
+        parts, vague = (np.bincount(rows, minlength=len(above)) for rows in (parent, parent[whole[k]]))
+        whole[k - 1] |= above & (parts > 1) & (vague == parts)
+    kept, hidden = [], np.zeros(len(levels[0].boxes), bool)
+    for level, mine in zip(levels, whole, strict=True):
+        hidden = hidden[level.parent]
+        kept.append(level.boxes[~hidden & (level.state != BLOCKED) & (mine | ~level.again)])
+        hidden = hidden | mine
+    return _together(kept)

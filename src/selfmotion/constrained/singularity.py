@@ -90,7 +90,7 @@ class SingularityMargin:
         """Return what is sure of cells."""
         return self._within(0.5 * (cells.a + cells.b), 0.5 * (cells.b - cells.a), cells.dev, forgiven)
 
-    def of_boxes(self, low: FloatArray, high: FloatArray) -> States:
+    def of_boxes(self, low: FloatArray, high: FloatArray, places: FloatArray | None = None) -> States:
         """Return what is sure of boxes of joint angles (m, n)."""
         return self._within(0.5 * (low + high), np.zeros_like(low), 0.5 * (high - low), 0.0)
 

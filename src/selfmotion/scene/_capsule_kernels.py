@@ -297,6 +297,24 @@ def farthest(half: FloatArray, rest: FloatArray) -> float:
 
 
 @kernel
+def moved_at(points: FloatArray, half: FloatArray, rest: FloatArray, at: FloatArray) -> float:
+    """Return how far the point of a capsule that is `at` in the middle moves: no more than its ends do, in parts."""
+    length = part = size = one = two = 0.0
+    for i in range(3):
+        along = points[1, i] - points[0, i]
+        length += along * along
+        part += along * (at[i] - points[0, i])
+        size += abs(points[0, i]) + abs(points[1, i])
+        one += half[0, i] ** 2
+        two += half[1, i] ** 2
+    one, two = np.sqrt(one) + rest[0], np.sqrt(two) + rest[1]
+    if length <= (TURNED * size) ** 2:
+        return max(one, two)
+    part = min(max(part / length, 0.0), 1.0)
+    return one + part * (two - one) + SURE * abs(two - one)
+
+
+@kernel
 def lowest(
     points: FloatArray, half: FloatArray, rest: FloatArray, at: FloatArray, normal: FloatArray, sign: float,
     known: float,
@@ -394,6 +412,18 @@ def keeps_clear(
 
 
 @kernel
+def is_blocked(
+    pairs: Pairs, p: int, points: FloatArray, half: FloatArray, rest: FloatArray, at: FloatArray, left: float
+) -> bool:
+    """Return whether a pair always lacks some of its distance that lacks −`left` at `at` (2, 3) in the middle."""
+    c, d = pairs.link[p], -1 - pairs.other[p]
+    move = moved_at(points[c], half[c], rest[c], at[0])
+    if d >= 0:
+        move += moved_at(points[d], half[d], rest[d], at[1])
+    return left < -move
+
+
+@kernel
 def verdicts(
     shapes: Shapes, pairs: Pairs, points: FloatArray, half: FloatArray, rest: FloatArray, slack: float,
     forgiven: float, state: IntArray, by: IntArray,
@@ -411,7 +441,7 @@ def verdicts(
             if pairs.other[p] < 0:
                 move += farthest(half[k, -1 - pairs.other[p]], rest[k, -1 - pairs.other[p]])
             left = margin(shapes, pairs, p, points[k], at, normal)
-            if left < -move - slack:
+            if left < -slack and is_blocked(pairs, p, points[k], half[k], rest[k], at, left + slack):
                 state[k], by[k] = -1, p
                 break
             if state[k] != 1 or left + forgiven > move:

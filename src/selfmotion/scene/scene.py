@@ -152,9 +152,16 @@ class Scene:
         )  # fmt: skip
         return self._of_hulls(points, half, rest, forgiven)
 
-    def of_boxes(self, low: FloatArray, high: FloatArray) -> States:
-        """Return what is sure of boxes of joint angles (m, n)."""
+    def of_boxes(self, low: FloatArray, high: FloatArray, places: FloatArray | None = None) -> States:
+        """Return what is sure of boxes of joint angles (m, n), or of postures whose links end in `places`, if known."""
         points, half, rest = self._hulls(len(low))
+        if places is not None and places.shape[1]:
+            points[..., 2], half[..., 2] = 0.0, 0.0
+            for end in range(2):  # a planar arm's links go from joint to joint
+                here = places[:, end : places.shape[1] - 1 + end]
+                points[:, :, end, :2], half[:, :, end, :2] = here[..., :2], here[..., 2:4]
+                rest[:, :, end] = here[..., 4]
+            return self._of_hulls(points, half, rest, 0.0)
         kernels.hulls_of_boxes(
             self._capsules, np.ascontiguousarray(low), np.ascontiguousarray(high), points, half, rest
         )
