@@ -181,7 +181,9 @@ class Problem:
             scene = self.scene
             if scene is None or not scene.obstacles:
                 raise InvalidInputError("clearance", "is asked for where no obstacle is", "give obstacles", value)
-            other.scene = changed = type(scene)(bare, scene.obstacles, positive("clearance", value), scene.self_collision)
+            other.scene = changed = type(scene)(
+                bare, scene.obstacles, positive("clearance", value), scene.self_collision
+            )
             other.arm = constrained(bare, [changed, *others])
         else:
             other.arm = constrained(bare, [*others, SingularityMargin(bare, value)])

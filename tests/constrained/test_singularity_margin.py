@@ -1,4 +1,4 @@
-"""What the margin from singular postures says of cells and boxes: true, and sharp where a motion stays at the margin."""
+"""What the margin from singular postures says of cells and boxes: true, and sharp beside the margin."""
 
 import numpy as np
 import pytest
@@ -7,6 +7,7 @@ from small_scenes import within
 import selfmotion as sm
 from selfmotion.arms.cells import Cells
 from selfmotion.constrained import BLOCKED, FREE, SingularityMargin
+from selfmotion.scene import CircleObstacle
 
 TORCH = {"translation": [0.05, 0.02, 0.15], "rpy": [0.0, 0.6, 0.0]}
 ARMS = {
@@ -72,9 +73,11 @@ def test_small_cells_are_decided_by_how_fast_the_singular_value_does_change(arm)
 
 def test_a_motion_that_stays_at_the_margin_is_found_and_verified(seed_problem):
     """Its singular value is the least allowed one along a stretch: by how fast σ may change nothing would be sure."""
-    problem = sm.Problem(seed_problem.arm, seed_problem.path, least_singular_value=0.2155)
-    plan = sm.plan(problem, sm.Global(gap=1e-3, time_limit=60.0))
+    discs = [CircleObstacle((28.0, -22.0), 4.0), CircleObstacle((20.0, 30.0), 5.0), CircleObstacle((40.0, 24.0), 4.0)]
+    arm = sm.PlanarArm([30, 30, 20], [None, (0, np.pi), None], thickness=2.0)
+    problem = sm.Problem(arm, seed_problem.path, obstacles=discs, clearance=1.0, least_singular_value=0.205)
+    plan = sm.plan(problem, sm.Global(gap=1e-2, time_limit=120.0))
     values = np.linalg.svd(problem.arm.jacobian(plan(np.linspace(0.0, 1.0, 20001))) / problem.arm.reach)[1][:, -1]
-    assert 0.2155 - 1e-9 <= values.min() < 0.2155 + 1e-5
-    assert (values < 0.2155 + 1e-4).mean() > 0.02
-    assert plan.gap <= 1e-3
+    assert 0.205 - 1e-9 <= values.min() < 0.205 + 1e-5
+    assert (values < 0.205 + 1e-4).mean() > 0.02
+    assert plan.gap <= 1e-2

@@ -67,6 +67,7 @@ PLANNERS = [
     {"kind": "moving_base", "optimizer": {"kind": "gwo"}, "control_points": 4, "around": [LINE], "spread": 0.5},
     {"kind": "refine", "starts": 3, "seed": 1, "tolerance": 1e-3, "time_limit": 5, "initial": None},
     {"kind": "global", "gap": 1e-3, "time_limit": 5},
+    {"kind": "widest", "margin": "clearance", "tolerance": 0.1, "gap": 1e-2, "time_limit": 5},
     None,
 ]
 PLANE_OBSTACLES = [

@@ -28,7 +28,7 @@ _NEAR_LEAST = 0.25  # radii of a box by which the chains through it may be deare
 _CLEAR = (
     0.03  # boxes without anything outside the limits, this small, overlap because their postures are connected [rad]
 )
-_FINEST = 1e-9  # narrowest slab
+_FINEST = 1e-9  # narrowest slab, and smallest box where no slab is narrower [rad]
 _MOST_BOXES = 3_000_000
 
 
@@ -229,17 +229,20 @@ class Chains:
         if least == 0.0:
             self.calm *= _FINER
         slabs: list[Slab] = []
+        refined = False
         for slab in self.slabs:
             radius, clean = slab.radius, slab.boxes.clean
             hot = slab.through <= least + _NEAR_LEAST * np.minimum(slab.toll, self._usual(slab))
             hot &= clean & (radius > self.calm) if least == 0.0 else ~clean
+            if slab.high == slab.low:  # an end of the path: boxes alone can be smaller
+                hot &= radius > _FINEST
             if not hot.any() or 0.0 < slab.high - slab.low < _FINEST:
                 slabs.append(slab)
                 continue
+            refined = True
             size = np.where(hot, _FINER * radius, 2.0 * radius)
             middle = 0.5 * (slab.low + slab.high)
             pairs = [(slab.low, middle), (middle, slab.high)] if slab.high > slab.low else [(slab.low, slab.high)]
             slabs += [self._slab(*pair, self.cover.split(*pair, slab.boxes, size)) for pair in pairs]
-        refined = len(slabs) > len(self.slabs)
         self.slabs = slabs
         return refined

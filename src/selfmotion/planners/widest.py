@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from selfmotion._types import FloatArray
 from selfmotion.certificate.chains import Chains
 from selfmotion.certificate.joined import ends
 from selfmotion.constrained import Constraint, SingularityMargin, unconstrained
-from selfmotion.errors import InvalidInputError, NothingFeasibleError, UndecidedError
+from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError, UndecidedError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
 from selfmotion.planners.globally_optimal import Global
@@ -31,9 +31,10 @@ _LOOK = 0.1  # cells whose ends are looked at [rad]
 _SPACING = 0.02  # cells by which it is proved that no posture there keeps farther away [rad]
 _RELATIVE = 1e-3  # by how much more is tried at first
 _UNIT = 1.0  # least singular value that is measured from
+_HARDLY = 0.3  # of the tolerance, by which less is tried than postures have
 _TOLERANCE = 1e-3  # of motions that need not be the shortest
 _FIRST_MOTION = 1.0  # gap at which the shortest motion is of no interest
-_FOR_MOTIONS, _FOR_PROOFS = 0.5, 0.75  # parts of the time, then the shortest of the widest motions is looked for
+_FOR_PROOFS, _FOR_MOTIONS = 0.4, 0.75  # parts of the time, then the shortest of the widest motions is looked for
 _PART = 0.25  # of the time left of its kind that one try may take
 
 
@@ -80,6 +81,9 @@ class Widest(Planner):
     interval that is told, ``parameters["kept"]`` and ``parameters["at_most"]``, stand whatever was left open between
     them. What the problem itself asks for is kept in any case.
 
+    The plan's problem is the one that asks for the margin that is kept. Of all its motions none costs less than
+    ``parameters["cost_at_least"]``; ``lower_bound`` is left None, since motions nearer by may cost less.
+
     For arms with one redundant degree of freedom. Of an arm that is not rigorous nothing is proved, and ``at_most`` is
     None.
     """
@@ -93,7 +97,7 @@ class Widest(Planner):
         gap: float = 1e-3,
         time_limit: float = 60.0,
     ) -> None:
-        self.margin: Margin = choice("margin", margin, CHECKS)
+        self.margin = cast("Margin", choice("margin", margin, CHECKS))
         self.tolerance = number("tolerance", tolerance, 1e-6, 1.0)
         self.gap = number("gap", gap, 1e-9, 1.0)
         self.time_limit = positive("time_limit", time_limit)
@@ -122,6 +126,7 @@ class _Search:
         self.high = np.inf
         self.open = problem.without("start").without("end")
         self.tries: list[Try] = []
+        self._chain: WidestChain | None = None
         self._grid = np.linspace(0.0, 1.0, _PLACES)
         self.widest: Plan
 
@@ -129,33 +134,29 @@ class _Search:
     def _measure(self) -> Constraint:
         """What the margin is told by: how far a posture is from what is asked of it."""
         arm, scene = unconstrained(self.problem.arm), self.problem.scene
-        return (
-            SingularityMargin(arm, _UNIT)
-            if scene is None or self.planner.margin != "clearance"
-            else type(scene)(arm, scene.obstacles)
-        )
+        if scene is not None and self.planner.margin == "clearance":
+            return type(scene)(arm, scene.obstacles)
+        return SingularityMargin(arm, _UNIT)
 
     def plan(self) -> Plan:
-        until_motions, until_proofs, deadline = (self._at(part) for part in (_FOR_MOTIONS, _FOR_PROOFS, 1.0))
+        until_proofs, until_motions, deadline = (self._at(part) for part in (_FOR_PROOFS, _FOR_MOTIONS, 1.0))
         self.widest = Global(_FIRST_MOTION, self.planner.time_limit).plan(self.problem)
         self.high = max(self._narrowest(), self.low)  # which a motion keeps
-        self._look_for_motions(until_motions)
+        self._follow_the_chain(until_proofs)
         if self.problem.arm.rigorous:
             self._prove(until_proofs)
+        self._look_for_motions(until_motions)
         best = self._shortest(max(deadline - time.perf_counter(), 1e-3))
         settings = {name: getattr(self.planner, name) for name in ("margin", "tolerance", "gap", "time_limit")}
         parameters = {
             "settings": settings,
             "kept": self.low,
             "at_most": self.high if self.problem.arm.rigorous else None,
+            "cost_at_least": best.lower_bound,
             "tries": [each._asdict() for each in self.tries],
-            **({} if best.certificate is None else best.certificate.summary()),
         }
         seconds = time.perf_counter() - self.began
-        plan = Plan(best.problem, best.motion, self.planner.kind, parameters, best.evaluations, seconds)
-        if best.certificate is not None:
-            plan.certify(best.certificate)
-        return plan
+        return Plan(best.problem, best.motion, self.planner.kind, parameters, best.evaluations, seconds)
 
     def _at(self, part: float) -> float:
         return self.began + part * self.planner.time_limit
@@ -163,34 +164,46 @@ class _Search:
     @property
     def _step(self) -> float:
         """What the margin that is kept may be short of the best."""
-        return self.planner.tolerance * self.high
+        return self.planner.tolerance * max(self.low, self.planner.tolerance * self.high)
+
+    def _follow_the_chain(self, until: float) -> None:
+        """Look for a motion that keeps hardly less than the widest chain of postures."""
+        chain = self._chain = widest_chain(self.problem, self._margins)
+        if chain is not None and self.low < chain.margin < self.high:
+            less = chain.margin * (1.0 - _HARDLY * self.planner.tolerance)
+            self._try(max(less, 0.5 * (self.low + chain.margin)), self._share(until))
 
     def _look_for_motions(self, until: float) -> None:
-        """Raise the margin that is kept, at first to what the widest chain of postures has."""
-        chain, ceiling = widest_chain(self.problem, self._margins), self.high
-        wanted = 0.5 * (self.low + ceiling)
-        if chain is not None and self.low < chain.margin < ceiling:
-            wanted = chain.margin
+        """Raise the margin that is kept."""
+        ceiling = self.high
         while ceiling - self.low > self._step and time.perf_counter() < until:
-            found = self._motion(chain, wanted, self._share(until))
-            self._noted(wanted, "unknown" if found is None else "motion")
-            if found is None:
-                ceiling = wanted
-            else:
-                self.low, self.widest = wanted, found
             wanted = 0.5 * (self.low + ceiling)
+            if not self._try(wanted, self._share(until)):
+                ceiling = wanted
 
-    def _motion(self, chain: WidestChain | None, margin: float, seconds: float) -> Plan | None:
-        """Return a motion that keeps a margin, near the widest chain or near the widest motion so far."""
-        problem = self.problem.with_margin(self.planner.margin, margin)
-        optima = Optima(problem, _TOLERANCE, time.perf_counter() + seconds)
-        starts = [] if chain is None else [(chain.q, chain.r)]
-        for q, r in (*starts, (self.widest(self._grid), self._grid)):
+    def _try(self, margin: float, seconds: float) -> bool:
+        """Look for a motion that keeps a margin; return whether there is one, which is the widest from then on."""
+        found = self._motion(margin, seconds)
+        self._noted(margin, "unknown" if found is None else "motion")
+        if found is not None:
+            self.low, self.widest = margin, found
+        return found is not None
+
+    def _motion(self, margin: float, seconds: float) -> Plan | None:
+        """Return a motion that keeps a margin, near the widest so far, near the widest chain, or anywhere."""
+        problem, deadline = self.problem.with_margin(self.planner.margin, margin), time.perf_counter() + seconds
+        starts = [(self.widest(self._grid), self._grid)]
+        starts += [] if self._chain is None else [(self._chain.q, self._chain.r)]
+        for q, r in starts:
+            optima = Optima(problem, _TOLERANCE, deadline)
             optimum = optima.add(start_from(problem, q, r), near=True)
             for candidate in () if optimum is None else (optimum, optima.refined(optimum)):
                 if candidate.check.holds:
                     return Plan(problem, candidate.motion, self.planner.kind, {}, optima.iterations)
-        return None
+        try:
+            return Global(_FIRST_MOTION, max(deadline - time.perf_counter(), 1e-3)).plan(problem)
+        except (InfeasibleError, NothingFeasibleError, UndecidedError):
+            return None
 
     def _prove(self, until: float) -> None:
         """Lower what is proved to be out of reach, at first to hardly more than what is kept."""
@@ -252,12 +265,9 @@ class _Search:
         if posture is None:
             return np.inf
         arm, branches = self.problem.arm, self.problem.elbow_branches
-        q = (
-            [posture.q]
-            if posture.q is not None
-            else [arm.solve(self.problem.path(r), posture.u, b)[0] for b in branches]
-        )
-        return float(np.nanmax(self._margins(np.array(q)), initial=-np.inf))
+        x, q = self.problem.path(r), posture.q
+        postures = [arm.solve(x, posture.u, branch)[0] for branch in branches] if q is None else [q]
+        return float(np.nanmax(self._margins(np.array(postures)), initial=-np.inf))
 
     def _margins(self, q: FloatArray) -> FloatArray:
         """Return the margin of postures (k, n), shape (k,)."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from selfmotion._types import FloatArray
+from selfmotion._types import BoolArray, FloatArray
 from selfmotion.arms.cells import Cover
 from selfmotion.constrained import keeps_constraints
 from selfmotion.problem import Posture, Problem
@@ -83,6 +83,6 @@ def _rung(problem: Problem, cover: Cover, r: float, posture: Posture | None) -> 
     return q[keeps_constraints(problem.arm, q)]
 
 
-def _embedded(q: FloatArray, wraps: FloatArray) -> FloatArray:
+def _embedded(q: FloatArray, wraps: BoolArray) -> FloatArray:
     """Return postures where angles that are the same modulo 2π are the same point."""
     return np.concatenate([np.cos(q[:, wraps]), np.sin(q[:, wraps]), q[:, ~wraps]], axis=1)

@@ -72,6 +72,7 @@ const PLANNERS = {
   harmonics: (scene, old, start) => ({ offset: old.offset ?? start, span: old.span ?? fill(scene, 0.3), optimizer: free(old) }),
   bspline: (scene, old, start) => ({ offset: old.offset ?? start, span: old.span ?? fill(scene, 0.3), optimizer: free(old) }),
   global: (scene) => (scene.n_u === 1 ? { gap: scene.dimension === 3 ? 1e-2 : 1e-4 } : null),
+  widest: (scene) => (scene.n_u === 1 ? { margin: scene.obstacles?.length ? "clearance" : "least_singular_value" } : null),
   refine: () => ({ seed: 0 }),
   moving_base: (scene, old) => (scene.n_u > 1 && scene.dimension === 2 ? { optimizer: free(old) } : null),
 };
@@ -96,7 +97,7 @@ export function adapted(problem, arm) {
     const last = planner[name].at(-1) ?? 0;
     planner[name] = Array.from({ length: degrees }, (_, k) => planner[name][k] ?? (name === "offset" ? 0 : last));
   }
-  if (degrees > 1 && ["global", "modules"].includes(planner.kind)) planner = { kind: "refine", seed: 0 };
+  if (degrees > 1 && ["global", "widest", "modules"].includes(planner.kind)) planner = { kind: "refine", seed: 0 };
   if (planner.kind) next.planner = planner;
   return next;
 }
