@@ -38,7 +38,7 @@ ROUNDING = 1e-9
 DENSER = 100
 TRACKING = 1e-9
 KINDS = {"planar": planar_scene, "spatial": spatial_scene}
-RUNGS = {"planar": 240, "spatial": 120}
+RUNGS = {"planar": 240, "spatial": 60}
 WALK, FINE, SLACK = (80, 240), (240, 720), 0.012  # parts of path and self-motion; what all constraints give and take
 _LISTED = 20
 
