@@ -20,6 +20,8 @@ QUICK = {
     "seeds": [3, 4],
 }  # fmt: skip
 HERE = ("--engine", "in-process")
+# Measuring which lines are run, every process loads what it measures with, and writes about it when it is killed.
+unmeasured = pytest.mark.skipif("coverage" in sys.modules, reason="is about the processes themselves")
 
 
 @pytest.fixture
@@ -177,6 +179,7 @@ def started(*arguments):
     )  # fmt: skip
 
 
+@unmeasured
 @pytest.mark.parametrize("engine", [HERE, ("--workers", "2")], ids=["here", "processes"])
 def test_ctrl_c_keeps_what_is_done_and_a_second_run_goes_on(run, study_file, tmp_path, engine):
     file = study_file(**{**QUICK, "seeds": {"count": 200}})
@@ -215,6 +218,7 @@ def test_progress_is_a_table_on_a_terminal(study_file, monkeypatch):
     ]
 
 
+@unmeasured
 def test_a_study_needs_nothing_heavy_to_say_what_it_can():
     code = (
         "import sys\nfrom selfmotion.cli import _run\n_run(['study', '--help'])\n"
