@@ -19,6 +19,7 @@ from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibl
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
 from selfmotion.planners.reconfiguration import explained
+from selfmotion.planners.widest_chain import COARSE, FINE, widest_chain
 from selfmotion.plans import Plan
 from selfmotion.problem import Posture, Problem
 from selfmotion.refinement import Optima, Optimum, Start, random_starts, start_from
@@ -306,6 +307,8 @@ class _Search:
         q = self.problem.arm.limits.lift(chain.q[None].copy(), None if start is None else start.q).q[0]
         if not self._is_known(q, chain.r):
             self._add(start_from(self.problem, q, chain.r), near=True)
+        if self.best is None and not self.levels and constraints_of(self.problem.arm):
+            self._pass_widely()
         if self.best is None:
             for k, other in enumerate(random_starts(self.problem, np.random.default_rng(0), 2 * _STARTS)):
                 if k == _STARTS or time.perf_counter() > 0.5 * (self.began + self.deadline):
@@ -315,6 +318,20 @@ class _Search:
             self._explain()
         if self.levels:
             self._polish()
+
+    def _pass_widely(self) -> None:
+        """Look for a motion where postures keep farthest from what forbids them, however long it be."""
+        constraints = constraints_of(self.problem.arm)
+
+        def margins(q: FloatArray) -> FloatArray:
+            return np.min([each.least_margins(q)[0] / each.scale for each in constraints], axis=0)
+
+        for fineness in (COARSE, FINE):
+            chain = None if self.best is not None else widest_chain(self.problem, margins, fineness)
+            if chain is not None:
+                self._add(start_from(self.problem, chain.q, chain.r), near=True)
+            elif self.best is None and fineness is COARSE:  # most likely there is none, and that is proved sooner
+                self._explain()
 
     def _add(self, start: Start, near: bool = False) -> None:
         """Refine a start; if it becomes a motion that holds and is better than all before, remember it."""

@@ -17,7 +17,7 @@ from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibl
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
 from selfmotion.planners.globally_optimal import Global
-from selfmotion.planners.widest_chain import WidestChain, widest_chain
+from selfmotion.planners.widest_chain import COARSE, FINE, WidestChain, widest_chain
 from selfmotion.plans import Plan
 from selfmotion.problem import CHECKS, Margin, Posture, Problem
 from selfmotion.refinement import Optima, start_from
@@ -168,7 +168,8 @@ class _Search:
 
     def _follow_the_chain(self, until: float) -> None:
         """Look for a motion that keeps hardly less than the widest chain of postures."""
-        chain = self._chain = widest_chain(self.problem, self._margins)
+        found = (widest_chain(self.problem, self._margins, fineness) for fineness in (COARSE, FINE))
+        chain = self._chain = next((one for one in found if one is not None), None)
         if chain is not None and self.low < chain.margin < self.high:
             less = chain.margin * (1.0 - _HARDLY * self.planner.tolerance)
             self._try(max(less, 0.5 * (self.low + chain.margin)), self._share(until))

@@ -12,9 +12,21 @@ from selfmotion.arms.cells import Cover
 from selfmotion.constrained import keeps_constraints
 from selfmotion.problem import Posture, Problem
 
-_RUNGS = 160
-_SPACING = 0.05  # of postures on the self-motion [rad]
-_STEP = 0.2  # from rung to rung at most: a few postures on, so that chains can move along the self-motion [rad]
+_ON_LIMIT = 1e-9  # overrun of a limit allowed [rad]
+
+
+class _Fineness(NamedTuple):
+    """How many rungs, how far apart their postures are, and how far from rung to rung at most [rad].
+
+    A step is a few postures long, so that chains can move along the self-motion.
+    """
+
+    rungs: int
+    spacing: float
+    step: float
+
+
+COARSE, FINE = _Fineness(160, 0.05, 0.2), _Fineness(640, 0.02, 0.1)
 
 
 class WidestChain(NamedTuple):
@@ -25,7 +37,9 @@ class WidestChain(NamedTuple):
     margin: float
 
 
-def widest_chain(problem: Problem, margins: Callable[[FloatArray], FloatArray]) -> WidestChain | None:
+def widest_chain(
+    problem: Problem, margins: Callable[[FloatArray], FloatArray], fineness: _Fineness = COARSE
+) -> WidestChain | None:
     """Return the chain of postures from start to end whose least margin is largest.
 
     Parameters
@@ -34,6 +48,8 @@ def widest_chain(problem: Problem, margins: Callable[[FloatArray], FloatArray]) 
         Of an arm with one redundant degree.
     margins : callable
         Maps postures (k, n) to what is to be large, shape (k,).
+    fineness : tuple
+        `COARSE` or `FINE`.
 
     Returns
     -------
@@ -47,15 +63,15 @@ def widest_chain(problem: Problem, margins: Callable[[FloatArray], FloatArray]) 
     """
     from scipy.spatial import cKDTree
 
-    cover, r = problem.arm.cover(problem.elbow), np.linspace(0.0, 1.0, _RUNGS + 1)
-    rungs = [_rung(problem, cover, value, problem.start if k == 0 else problem.end if k == _RUNGS else None)
-             for k, value in enumerate(r)]  # fmt: skip
+    cover, r = problem.arm.cover(problem.elbow), np.linspace(0.0, 1.0, fineness.rungs + 1)
+    given = {0: problem.start, fineness.rungs: problem.end}
+    rungs = [_rung(problem, cover, value, given.get(k), fineness.spacing) for k, value in enumerate(r)]
     if not all(map(len, rungs)):
         return None
     widths, trees = [margins(q) for q in rungs], [cKDTree(_embedded(q, cover.wraps)) for q in rungs]
     width, before = widths[0], []
-    for k in range(_RUNGS):
-        near = trees[k].sparse_distance_matrix(trees[k + 1], _STEP, output_type="ndarray")
+    for k in range(fineness.rungs):
+        near = trees[k].sparse_distance_matrix(trees[k + 1], fineness.step, output_type="ndarray")
         near = near[np.lexsort((-near["v"], width[near["i"]]))]
         best = np.full(len(rungs[k + 1]), -1)
         best[near["j"]] = near["i"]  # the last one is the widest
@@ -70,16 +86,17 @@ def widest_chain(problem: Problem, margins: Callable[[FloatArray], FloatArray]) 
     return WidestChain(r, np.array([q[k] for q, k in zip(rungs, reversed(way), strict=True)]), float(width[at]))
 
 
-def _rung(problem: Problem, cover: Cover, r: float, posture: Posture | None) -> FloatArray:
+def _rung(problem: Problem, cover: Cover, r: float, posture: Posture | None, spacing: float) -> FloatArray:
     """Return the postures (m, n) at r: both ends of all cells, or what a given posture may be."""
     if posture is None:
-        cells = cover.cells(problem.path(r), _SPACING)
+        cells = cover.cells(problem.path(r), spacing)
         q = np.concatenate([cells.a, cells.b])
     elif posture.q is not None:
         q = posture.q[None]
     else:
         solved = [problem.arm.solve(problem.path(r), posture.u, branch) for branch in problem.elbow_branches]
         q = np.array([q for q, ok in solved if ok]).reshape(-1, problem.arm.n)
+        q = q[(problem.arm.limits.excess(q) <= _ON_LIMIT).all(axis=1)]
     return q[keeps_constraints(problem.arm, q)]
 
 
