@@ -2,6 +2,7 @@
 
 import time
 
+import numpy as np
 import pytest
 from brute_force import brute_force_connected, limit_cut_problem
 
@@ -120,3 +121,17 @@ def test_limit_cut_problems_are_explained(seed):
     for need in error.needs[:1]:
         assert leads_on(widened(problem, need.joint - 1, need.side, 1.01 * need.by))
         assert not leads_on(widened(problem, need.joint - 1, need.side, 0.99 * need.by))
+
+
+def test_a_path_that_leaves_the_reach_between_two_samples_is_said_to():
+    """The tip of an ellipse is 3e-4 beyond the reach for a moment, which 24 samples miss."""
+    arm = sm.PlanarArm([1.0, 1.0, 1.0])
+    path = sm.Ellipse([2.0, 0.0], [1.0003, 0.9], start_angle=-2.0, sweep=3.0)
+    disc = sm.CircleObstacle((-2.0, 0.0), 0.1)
+    problem = sm.Problem(arm, path, obstacles=[disc], samples=24)
+    with pytest.raises(sm.InfeasibleError) as error:
+        sm.plan(problem, sm.Global(gap=1e-2, time_limit=30.0))
+    (blocked,) = error.value.blocked
+    assert blocked.cause == "out of reach"
+    assert 0.0 < blocked.short_by <= 3e-4
+    assert np.linalg.norm(path(np.array(blocked.r)), axis=1).min() > 3.0

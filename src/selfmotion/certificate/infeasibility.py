@@ -14,7 +14,7 @@ from selfmotion.certificate.chains import Chains, Ends
 from selfmotion.certificate.joined import earliest, ends, leads_on, parts_at_start, sheets_at_end, with_arm
 from selfmotion.certificate.needs import needs, needs_of_pose
 from selfmotion.constrained import constraints_of
-from selfmotion.domain import AngleDomain, cause_of
+from selfmotion.domain import AngleDomain, cause_of, out_of_reach
 from selfmotion.errors import Blocked, InfeasibleError, Need, UndecidedError
 from selfmotion.problem import Problem
 
@@ -23,6 +23,7 @@ _FOR_THE_PROOF = 0.5  # parts of the time that is left
 _BEYOND = (1e-4, 1e-3, 1e-2, 0.1)  # how far beyond a part's computed end it is proved to be over
 _SECONDS_PER_PART = 0.5
 _MOST_PARTS = 8
+_CLOSE_LOOKS = 2001  # for where the path leaves the reach for a moment
 _LOOKS, _MOST_CAUSES = 9, 4  # at what ends the self-motion of constrained arms where they are blocked
 
 
@@ -141,7 +142,16 @@ def unproved(what: str) -> UndecidedError:
 
 
 def told(problem: Problem, r: tuple[float, float]) -> Blocked:
-    """Return the stretch in which a proof found no way on; of constrained arms with what ends the self-motion there."""
+    """Return the stretch in which a proof found no way on; of constrained arms with what ends the self-motion there.
+
+    If the path leaves the reach in it, for less than is between two samples, that is what blocks.
+    """
+    places = np.linspace(*r, _CLOSE_LOOKS)
+    points = problem.path(places)
+    beyond = out_of_reach(problem.arm, points)
+    if beyond.any():
+        outside = places[beyond]
+        return Blocked((outside[0], outside[-1]), "out of reach", float(problem.arm.shortfall(points).max()))
     if not constraints_of(problem.arm):
         return Blocked(r, "joint limits")
     limiting = ("lower limit", "upper limit", "fold", "marker", "free")
