@@ -278,3 +278,16 @@ def test_dips_between_the_points_are_found_where_they_are():
     assert near.sum() >= 2
     assert points[near].min() <= low
     assert points[near].max() >= high
+
+
+def test_when_time_is_up_followers_stay_where_they_are(seed_problem):
+    """And starts are made of them all the same: a first one is always tried."""
+    arm, path, r = seed_problem.arm, seed_problem.path, np.linspace(0.0, 1.0, 101)
+    q = arm.solve(path(0.0), [0.3], 0)[0][None]
+    motions, reached = followed(arm, path, arm.boxes()[0], q, np.zeros_like(q), r, deadline=0.0)
+    assert reached.tolist() == [r[1]]
+    assert np.abs(motions[0, 1:] - motions[0, 1]).max() == 0.0
+    assert np.abs(motions[0, 1] - motions[0, 0]).max() > 0.0
+    starts = list(random_starts(seed_problem, np.random.default_rng(0), 8, deadline=0.0))
+    assert 0 < len(starts) <= 16
+    assert all(start.reached < 1.0 for start in starts)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from functools import cached_property
+from itertools import islice
 from typing import TYPE_CHECKING, NoReturn, cast
 
 import numpy as np
@@ -39,6 +40,7 @@ _STARTS = 16  # random starts for a motion where the cheapest chords lead to non
 _MARGIN = 1e-12  # relative
 _STEEP = 1e5  # |dq/du| beyond which a start given by u leaves joints open
 _NEAR = 1e-2  # length of cells then [rad]
+_FOR_A_CHAIN = 0.25  # part of the time left in which postures that keep far away are looked for
 _FOR_A_REASON = 0.5  # part of the time left that goes into a proof that there is no motion, where it looks like that
 _POLISHED = 0.1  # of the gap asked for, what the motion may cost for want of knots
 _POLISHED_FOR_LARGE = 5e-3  # the same of gaps above 1e-2, but no less than 1e-5
@@ -310,8 +312,10 @@ class _Search:
         if self.best is None and not self.levels and constraints_of(self.problem.arm):
             self._pass_widely()
         if self.best is None:
-            for k, other in enumerate(random_starts(self.problem, np.random.default_rng(0), 2 * _STARTS)):
-                if k == _STARTS or time.perf_counter() > 0.5 * (self.began + self.deadline):
+            half_time = 0.5 * (self.began + self.deadline)
+            starts = random_starts(self.problem, np.random.default_rng(0), 2 * _STARTS, half_time)
+            for other in islice(starts, _STARTS):
+                if time.perf_counter() > half_time:
                     break
                 self._add(other)
         if self.best is None and not self.levels:
@@ -326,12 +330,21 @@ class _Search:
         def margins(q: FloatArray) -> FloatArray:
             return np.min([each.least_margins(q)[0] / each.scale for each in constraints], axis=0)
 
+        now = time.perf_counter()
+        until = now + _FOR_A_CHAIN * (self.deadline - now)
         for fineness in (COARSE, FINE):
-            chain = None if self.best is not None else widest_chain(self.problem, margins, fineness)
+            try:
+                chain = widest_chain(self.problem, margins, fineness, until)
+            except TimeoutError:
+                return
             if chain is not None:
                 self._add(start_from(self.problem, chain.q, chain.r), near=True)
-            elif self.best is None and fineness is COARSE:  # most likely there is none, and that is proved sooner
+            elif (
+                fineness is COARSE
+            ):  # most likely there is no motion, and that is proved sooner than a fine chain found
                 self._explain()
+            if self.best is not None:
+                return
 
     def _add(self, start: Start, near: bool = False) -> None:
         """Refine a start; if it becomes a motion that holds and is better than all before, remember it."""

@@ -155,7 +155,7 @@ class _Search:
         if self.planner.initial is not None:
             yield from self._initial_start(self.planner.initial)
         followers = int(np.clip(2 * self.planner.starts, *_FOLLOWERS))
-        yield from random_starts(self.problem, np.random.default_rng(self.planner.seed), followers)
+        yield from random_starts(self.problem, np.random.default_rng(self.planner.seed), followers, self.deadline)
 
     def _initial_start(self, planner: Planner) -> Iterator[Start]:
         """Yield the initial planner's motion; what it cannot keep of the ends is added to it."""

@@ -168,8 +168,11 @@ class _Search:
 
     def _follow_the_chain(self, until: float) -> None:
         """Look for a motion that keeps hardly less than the widest chain of postures."""
-        found = (widest_chain(self.problem, self._margins, fineness) for fineness in (COARSE, FINE))
-        chain = self._chain = next((one for one in found if one is not None), None)
+        try:
+            found = (widest_chain(self.problem, self._margins, fineness, until) for fineness in (COARSE, FINE))
+            chain = self._chain = next((one for one in found if one is not None), None)
+        except TimeoutError:
+            return
         if chain is not None and self.low < chain.margin < self.high:
             less = chain.margin * (1.0 - _HARDLY * self.planner.tolerance)
             self._try(max(less, 0.5 * (self.low + chain.margin)), self._share(until))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -38,7 +39,10 @@ class WidestChain(NamedTuple):
 
 
 def widest_chain(
-    problem: Problem, margins: Callable[[FloatArray], FloatArray], fineness: _Fineness = COARSE
+    problem: Problem,
+    margins: Callable[[FloatArray], FloatArray],
+    fineness: _Fineness = COARSE,
+    deadline: float = np.inf,
 ) -> WidestChain | None:
     """Return the chain of postures from start to end whose least margin is largest.
 
@@ -50,11 +54,18 @@ def widest_chain(
         Maps postures (k, n) to what is to be large, shape (k,).
     fineness : tuple
         `COARSE` or `FINE`.
+    deadline : float
+        As :func:`time.perf_counter` tells it.
 
     Returns
     -------
     WidestChain or None
         None if no chain of short steps leads from start to end.
+
+    Raises
+    ------
+    TimeoutError
+        If the deadline passes before that is known: near singular postures and meshes postures take their time.
 
     Notes
     -----
@@ -65,9 +76,13 @@ def widest_chain(
 
     cover, r = problem.arm.cover(problem.elbow), np.linspace(0.0, 1.0, fineness.rungs + 1)
     given = {0: problem.start, fineness.rungs: problem.end}
-    rungs = [_rung(problem, cover, value, given.get(k), fineness.spacing) for k, value in enumerate(r)]
-    if not all(map(len, rungs)):
-        return None
+    rungs: list[FloatArray] = []
+    for k, value in enumerate(r):
+        rungs.append(_rung(problem, cover, value, given.get(k), fineness.spacing))
+        if not len(rungs[-1]):
+            return None
+        if time.perf_counter() > deadline:
+            raise TimeoutError
     widths, trees = [margins(q) for q in rungs], [cKDTree(_embedded(q, cover.wraps)) for q in rungs]
     width, before = widths[0], []
     for k in range(fineness.rungs):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 
 from selfmotion._types import BoolArray, FloatArray
@@ -31,6 +33,7 @@ def followed(
     drift: FloatArray,
     r: FloatArray,
     rng: np.random.Generator | None = None,
+    deadline: float = np.inf,
 ) -> tuple[FloatArray, FloatArray]:
     """Lead postures along a path inside the limits.
 
@@ -47,6 +50,8 @@ def followed(
         Path parameters to pass, ascending.
     rng : Generator, optional
         What is caught by an arm's further constraints is replaced by; without one it is not.
+    deadline : float
+        As :func:`time.perf_counter` tells it; after that no posture goes any further.
 
     Returns
     -------
@@ -82,8 +87,8 @@ def followed(
                 motions[caught, : k + 1], drift[caught] = motions[copied, : k + 1], drift[rng.permutation(caught)]
                 free[caught], going = True, np.arange(len(q))
         reached[going[free[going]]] = r[k]
-        if not len(going):
-            motions[:, k:] = motions[:, k - 1 : k]
+        if not len(going) or time.perf_counter() > deadline:
+            motions[:, k:] = motions[:, k : k + 1]
             break
     return motions, reached
 
@@ -187,7 +192,9 @@ def push(arm: RedundantArm, q: FloatArray) -> FloatArray:
     return np.asarray(whole * np.minimum(1.0, _PUSH / np.maximum(np.abs(whole).max(axis=1), 1e-300))[:, None])
 
 
-def freed(arm: RedundantArm, x: FloatArray, box: JointBox, q: FloatArray) -> tuple[FloatArray, BoolArray]:
+def freed(
+    arm: RedundantArm, x: FloatArray, box: JointBox, q: FloatArray, deadline: float = np.inf
+) -> tuple[FloatArray, BoolArray]:
     """Return postures (p, n) on a task point pushed until they keep the arm's constraints, and whether they do.
 
     Parameters
@@ -197,6 +204,8 @@ def freed(arm: RedundantArm, x: FloatArray, box: JointBox, q: FloatArray) -> tup
     box : JointBox
     q : array, shape (p, n)
         On the task, inside the limits.
+    deadline : float
+        As :func:`time.perf_counter` tells it.
 
     Returns
     -------
@@ -207,7 +216,7 @@ def freed(arm: RedundantArm, x: FloatArray, box: JointBox, q: FloatArray) -> tup
     q, kept = q.copy(), np.ones(len(q), bool)
     for _ in range(_PUSHES):
         caught = np.flatnonzero(~is_clear(arm, q) & kept)
-        if not len(caught):
+        if not len(caught) or time.perf_counter() > deadline:
             break
         q[caught], kept[caught] = on_task(arm, x, box, q[caught], push(arm, q[caught]), _CORRECTIONS)
     return q, kept & is_clear(arm, q)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -50,7 +51,9 @@ class Start:
     reached: float
 
 
-def random_starts(problem: Problem, rng: np.random.Generator, count: int = 64) -> Iterator[Start]:
+def random_starts(
+    problem: Problem, rng: np.random.Generator, count: int = 64, deadline: float = np.inf
+) -> Iterator[Start]:
     """Yield motions to start from, those that could be led along the whole path first.
 
     Parameters
@@ -59,6 +62,8 @@ def random_starts(problem: Problem, rng: np.random.Generator, count: int = 64) -
     rng : Generator
     count : int
         Postures led along the path at once; more follow when these are used up.
+    deadline : float
+        As :func:`time.perf_counter` tells it; what is not led along the path by then is among the last.
 
     Yields
     ------
@@ -74,9 +79,12 @@ def random_starts(problem: Problem, rng: np.random.Generator, count: int = 64) -
     ends = [_fixed_ends(problem, box) for box in boxes]
     broken: list[Start] = []
     for pool in range(_TRIES):
+        if pool and time.perf_counter() > deadline:
+            break
         whole: list[Start] = []
         for box, fixed in zip(boxes, ends, strict=True):
-            for start in _pool(problem, rng, box, *fixed, max(count // len(boxes), _LEAST_POOL), pool == 0):
+            size = max(count // len(boxes), _LEAST_POOL)
+            for start in _pool(problem, rng, box, *fixed, size, pool == 0, deadline):
                 (whole if start.reached == 1.0 else broken).append(start)
         yield from (whole[k] for k in _mixed(rng, len(whole)))
     broken.sort(key=lambda start: -start.reached)
@@ -176,6 +184,7 @@ def _pool(
     ends: list[FloatArray],
     count: int,
     first: bool,
+    deadline: float,
 ) -> Iterator[Start]:
     """Yield starts inside one box from many postures; `starts` and `ends` are those that it may begin and end with."""
     if (problem.start is not None and not starts) or (problem.end is not None and not ends):
@@ -192,7 +201,7 @@ def _pool(
     seeds, ok = on_task(arm, path(0.0), box, _inside(box, given))
     seeds, given = seeds[ok], given[ok]
     if constrained and not near and len(seeds):
-        seeds, free = freed(arm, path(0.0), box, seeds)
+        seeds, free = freed(arm, path(0.0), box, seeds, deadline)
         chosen = np.argsort(~free, kind="stable")[:count]  # those that could be freed first
         seeds, given = seeds[chosen], given[chosen]
     if not len(seeds):
@@ -201,7 +210,7 @@ def _pool(
     if first:
         drift[: max(len(near), 1)] = 0.0
     r = np.linspace(0.0, 1.0, _STEPS + 1)
-    motions, reached = followed(arm, path, box, seeds, drift, r, rng)
+    motions, reached = followed(arm, path, box, seeds, drift, r, rng, deadline)
     for q, part, posture in zip(motions, reached, given, strict=True):
         if backward:
             yield _with_ends(problem, box, r, q[::-1], float(part), None, posture)
