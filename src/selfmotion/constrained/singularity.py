@@ -41,12 +41,15 @@ class SingularityMargin:
 
     Where the left singular vector at the middle, u, stays fixed, ``σ(θ + δ) ≤ ‖uᵀJ(θ + δ)‖``, and that is at most
     ``√(σ² + 2σ|∇σ·δ| + ‖Σ_j uᵀ(∂J/∂θ_j) δ_j‖²) + C(Σ_j|δ_j|)²/2``: what is blocked is told by how fast σ does change,
-    not by how fast it may. ``C = ‖∂²J/∂θ_j∂θ_k‖_F``, by the same reasons as above ``C² ≤ n``, ``2n`` where the tool
-    keeps a pose and ``17n`` where it may roll.
+    not by how fast it may. ``C = ‖∂²J/∂θ_j∂θ_k‖_F``, by the same reasons as above ``C² ≤ n``, and ``2n`` where the tool
+    keeps a pose.
 
     σ² is the least eigenvalue of JJᵀ, which is concave: on a straight line of matrices it is least at an end. So along
     a chord ``σ² ≥ min(σ_a², σ_b²) − max‖(JJᵀ)''‖/2``, derivatives being those by the parameter that goes from −1 to 1,
     with ``‖(JJᵀ)''‖ ≤ 2‖J‖‖J''‖ + 2‖J'‖²``. What is free is told by that, also of motions that stay at the margin.
+
+    Neither is used for a tool that may roll: the frame that its Jacobian is given in turns with the tool, as fast as it
+    likes where the tool points up. σ does not feel that; its bound by Weyl is all there is.
     """
 
     check = "singularity"
@@ -65,7 +68,7 @@ class SingularityMargin:
         pose, lever = len(self._rows) == _POSE, max(1.0, 1.0 / arm.reach) if arm.limits.slides.any() else 1.0
         turning = 0 * later if planar else later if pose else (arm.n - later) + 4 * later
         self._fastest = np.sqrt(lever**2 * arm.n + turning)
-        self._bend = np.sqrt(arm.n * (lever**2 + (0.0 if planar else 1.0 if pose else 16.0)))
+        self._bend = np.sqrt(arm.n * (lever**2 + (0.0 if planar else 1.0))) if planar or pose else np.inf
 
     def __repr__(self) -> str:
         return f"SingularityMargin({self.least!r})"
@@ -116,9 +119,11 @@ class SingularityMargin:
         margin = self.margins(q)[:, 0]
         change = (np.abs(half) + dev) @ self._fastest + _PAD
         blocked, free = margin < -change - self.tolerance, margin + forgiven > change
-        above, below = np.flatnonzero(~free & half.any(axis=1)), np.flatnonzero(~blocked & (margin < -self.tolerance))
-        free[above] = self._no_less(q[above], half[above], dev[above]) > self.least - forgiven + _PAD
-        blocked[below] = self._no_more(q[below], half[below], dev[below]) < self.least - self.tolerance - _PAD
+        if np.isfinite(self._bend):
+            above = np.flatnonzero(~free & half.any(axis=1))
+            below = np.flatnonzero(~blocked & (margin < -self.tolerance))
+            free[above] = self._no_less(q[above], half[above], dev[above]) > self.least - forgiven + _PAD
+            blocked[below] = self._no_more(q[below], half[below], dev[below]) < self.least - self.tolerance - _PAD
         state = np.where(blocked, -1, free.astype(np.int64))
         return States(state, np.where(free, -1, 0))
 
