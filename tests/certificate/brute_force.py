@@ -25,6 +25,10 @@ TAU = 2 * np.pi
 _NEIGHBOURS = 1.5
 # Where the number of loops changes samples this near to each other are joined, in parts of a loop's largest step.
 _NEAR = 2.0
+# The sample of a given posture is not farther from it than this [rad].
+_GIVEN = 0.1
+# How many places between two poses are asked how their loops are made.
+_BETWEEN = 9
 # How often the way between two poses is halved where parts seem to begin or end.
 _DEPTH = 6
 
@@ -84,13 +88,10 @@ def sample(problem, r, n_u, slack=0.0, allowed=None):
     """
     arm, r = problem.arm, np.asarray(r)
     x = as_complex(problem.path(r))
-    l1, l2, l3 = arm.links[:3]
     ik = [Arms([arm], [sign]) for sign in (1, -1)]
     target = x - ik[0].shift
-    radius = np.maximum(np.abs(target), 1e-12)
-    inner, outer = [(radius**2 + l3**2 - wrist**2) / (2 * radius * l3) for wrist in (abs(l1 - l2), l1 + l2)]
+    inner, outer, kind = _cut_off(arm, target)
     va, vb = np.arccos(np.clip([inner, outer], -1, 1))
-    kind = 2 * (inner < 1) + (outer > -1)  # which of 0 and π is cut off
     t = (np.arange(n_u) + 0.5) * TAU / n_u
     v, sign = np.empty((2, len(r), 2, n_u))
     v[:], sign[:] = t - np.pi, np.array([[1], [-1]])
@@ -110,6 +111,14 @@ def sample(problem, r, n_u, slack=0.0, allowed=None):
         ok[ok] = allowed(q[ok], slack)
     part = _parts(q, ok, real)
     return [Pose(*pose, real) for pose in zip(r, q, ok, part, kind, strict=True)]
+
+
+def _cut_off(arm, target):
+    """The cosines of va and vb, out of [−1, 1] where the wrist is in reach; and which of v = 0 and π is cut off."""
+    l1, l2, l3 = arm.links[:3]
+    radius = np.maximum(np.abs(target), 1e-12)
+    inner, outer = [(radius**2 + l3**2 - wrist**2) / (2 * radius * l3) for wrist in (abs(l1 - l2), l1 + l2)]
+    return inner, outer, 2 * (inner < 1) + (outer > -1)
 
 
 def _with_turns(limits, slack, q, exists):
@@ -167,13 +176,13 @@ class _Blocked(Exception):
 class _Flood:
     """What can be reached along the path, pose by pose."""
 
-    def __init__(self, poses_at):
-        self.poses_at = poses_at
+    def __init__(self, problem, poses_at):
+        self.problem, self.poses_at = problem, poses_at
 
     def onward(self, one, two, reached, depth=_DEPTH):
         """The parts of pose `two` that a motion gets to from the `reached` ones of pose `one`."""
         before, after = _steps(one, two)
-        settled = one.kind == two.kind and reached <= set(before.tolist()) and two.parts <= set(after.tolist())
+        settled = self._of_one_kind(one, two) and reached <= set(before.tolist()) and two.parts <= set(after.tolist())
         if not settled and depth > 0:
             (middle,) = self.poses_at([0.5 * (one.r + two.r)])
             return self.onward(middle, two, self.onward(one, middle, reached, depth - 1), depth - 1)
@@ -181,6 +190,11 @@ class _Flood:
         if not found:
             raise _Blocked(0.5 * (one.r + two.r))
         return found
+
+    def _of_one_kind(self, one, two):
+        """Whether the loops are made alike all the way; where not, samples of the same number do not correspond."""
+        arm, x = self.problem.arm, as_complex(self.problem.path(np.linspace(one.r, two.r, _BETWEEN)))
+        return bool((_cut_off(arm, x - Arms([arm], [1]).shift)[2] == one.kind).all())
 
 
 def brute_force_connected(problem, n_r=200, n_u=400, slack=0.0):
@@ -205,37 +219,48 @@ def brute_force_connected(problem, n_r=200, n_u=400, slack=0.0):
     return flood(problem, sample(problem, np.linspace(0.0, 1.0, n_r + 1), n_u, slack), n_u, slack)
 
 
-def flood(problem, poses, n_u, slack=0.0, poses_at=None):
+def flood(problem, poses, n_u, slack=0.0, poses_at=None, allowed=None):
     """Flood what can be reached through sampled poses; see `brute_force_connected`.
 
-    What is in between is sampled by `poses_at` if it is given.
+    What is in between is sampled by `poses_at` if it is given; `allowed` is that of `sample`.
     """
-    reached = _given(problem.start, poses[0])
+    reached = given_parts(problem, problem.start, poses[0], slack, allowed)
     if not reached:
         return False, 0.0
-    search = _Flood(poses_at or (lambda r: sample(problem, r, n_u, slack)))
+    search = _Flood(problem, poses_at or (lambda r: sample(problem, r, n_u, slack)))
     try:
         for one, two in pairwise(poses):
             reached = search.onward(one, two, reached)
     except _Blocked as place:
         return False, float(place.args[0])
-    return (True, None) if reached & _given(problem.end, poses[-1]) else (False, 1.0)
+    return (True, None) if reached & given_parts(problem, problem.end, poses[-1], slack, allowed) else (False, 1.0)
 
 
-def _given(posture, pose):
-    """The parts that a motion may start from or end in."""
+def given_parts(problem, posture, pose, slack, allowed):
+    """The parts that a motion may start from or end in: those of the samples nearest to what is given and allowed."""
     if posture is None:
         return pose.parts
-    q, ok = pose.q, pose.ok
-    if posture.q is not None:
-        off = _apart(q, posture.q, pose.real)
-        return set(pose.part[ok & (off <= off[ok].min(initial=0.1))].tolist())
-    off = np.abs(np.angle(np.exp(1j * (q[..., :3].sum(axis=-1) - posture.u[0]))))
     found = set()
-    for sign in (1, -1):
-        mine = ok & (np.sign(np.sin(q[..., 1])) == sign)
-        found |= set(pose.part[mine & (off <= off[mine].min(initial=0.1) + 1e-9)].tolist())
+    for exact in _exactly(problem, posture, pose.r, slack, allowed):
+        off = _apart(pose.q, exact, pose.real)
+        found |= set(pose.part[pose.ok & (off <= off[pose.ok].min(initial=_GIVEN) + 1e-9)].tolist())
     return found
+
+
+def _exactly(problem, posture, r, slack, allowed):
+    """The postures (k, n) that are given, u with both elbows and every number of turns, and allowed."""
+    limits = problem.arm.limits
+    if posture.q is not None:
+        q, ok = posture.q[None], (limits.excess(posture.q) <= slack).all(keepdims=True)
+    else:
+        both = Arms([problem.arm] * 2, [1, -1])
+        x = as_complex(problem.path(np.full(2, r)))
+        q, reach = both.joints(x, np.broadcast_to(posture.u, (2, 1)))
+        q, ok, _ = _with_turns(limits, slack, q[:, 0, : problem.arm.n], (reach[:, 0] >= 0).all(axis=-1))
+        q, ok = q[ok], ok[ok]
+    if allowed is not None:
+        ok[ok] = allowed(q[ok], slack)
+    return q[ok]
 
 
 def limit_cut_problem(seed):

@@ -101,7 +101,7 @@ def walked(problem, truth, status):
         def poses(r):
             return sample(problem, r, parts[1], slack, truth.allowed)
 
-        return flood(problem, poses(np.linspace(0.0, 1.0, parts[0] + 1)), parts[1], slack, poses)[0]
+        return flood(problem, poses(np.linspace(0.0, 1.0, parts[0] + 1)), parts[1], slack, poses, truth.allowed)[0]
 
     answer = "connected" if leads(WALK, -SLACK) else "undecided" if leads(WALK, SLACK) else "blocked"
     agreed = {"connected": "solved", "blocked": "infeasible"}

@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
-from brute_force import brute_force_connected, limit_cut_problem, sample
+from brute_force import brute_force_connected, flood, given_parts, limit_cut_problem, sample
+from scenes import planar_scene
 from scipy.optimize import brentq
 
 import selfmotion as sm
+from clearance import oracle
 
 FINE, COARSE = (200, 400), (100, 240)
 
@@ -83,3 +85,26 @@ def test_clear_cut_answers_are_those_of_the_structure_and_hold_backwards():
             end = problem.structure.dead_end[0]
             assert with_slack[1][1] - 0.01 < end < with_slack[0][1] + 0.05
     assert min(clear.values()) > 5
+
+
+def test_loops_that_are_made_otherwise_in_between_are_not_taken_for_one_kind():
+    """Short links before a long one: the wrist's reach joins and parts the loops between two poses of one kind."""
+    problem = planar_scene(492)
+    truth = oracle(problem)
+
+    def poses(r):
+        return sample(problem, r, 240, 0.0, truth.allowed)
+
+    assert flood(problem, poses(np.linspace(0, 1, 81)), 240, 0.0, poses, truth.allowed) == (True, None)
+
+
+def test_a_given_start_that_is_forbidden_with_one_elbow_is_not_moved_to_where_it_is_allowed():
+    """Only what is given may be started from, not an allowed posture near it."""
+    problem = planar_scene(513)
+    q = np.array([problem.arm.solve(problem.path(0.0), problem.start.u, branch)[0] for branch in (0, 1)])
+    truth = oracle(problem)
+    assert truth.allowed(q).tolist() == [False, True]
+    (pose,) = sample(problem, [0.0], 720, 0.0, truth.allowed)
+    near = np.abs(pose.q - q[0]).max(axis=-1)
+    (forbidden,) = set(pose.part[pose.ok & (near < 0.05)].tolist())
+    assert forbidden not in given_parts(problem, problem.start, pose, 0.0, truth.allowed)
