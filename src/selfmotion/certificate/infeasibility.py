@@ -13,7 +13,7 @@ from selfmotion.arms.slabs import SlabCover
 from selfmotion.certificate.chains import Chains, Ends
 from selfmotion.certificate.joined import earliest, ends, leads_on, parts_at_start, sheets_at_end, with_arm
 from selfmotion.certificate.needs import needs, needs_of_pose
-from selfmotion.constrained import constraints_of
+from selfmotion.constrained import constraints_of, unconstrained
 from selfmotion.domain import AngleDomain, cause_of, out_of_reach
 from selfmotion.errors import Blocked, InfeasibleError, Need, UndecidedError
 from selfmotion.problem import Problem
@@ -81,7 +81,7 @@ def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedErr
     ----------
     problem : Problem
         Of a planar arm with one redundant degree. If it is cyclic the proof, if any, is one for motions that need not
-        close.
+        close. Where joint limits alone leave no way it is proved, and told, of them.
     deadline : float
         As :func:`time.perf_counter` tells it; half of the time is for the proof, or all where no structure is known.
 
@@ -107,6 +107,8 @@ def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedErr
         return InfeasibleError(blocked, found)
     if not problem.arm.rigorous:
         return unproved("no motion was found")
+    if constraints_of(problem.arm) and not leads_on(problem):  # joint limits leave no way, whatever else there is
+        return explain(with_arm(problem, unconstrained(problem.arm)), deadline)
     cover = problem.arm.slabs(problem.path, problem.elbow)
     start, end = ends(problem, "start"), ends(problem, "end")
     # What follows the proof is told from the structure of the angle domain.
@@ -142,16 +144,9 @@ def unproved(what: str) -> UndecidedError:
 
 
 def told(problem: Problem, r: tuple[float, float]) -> Blocked:
-    """Return the stretch in which a proof found no way on; of constrained arms with what ends the self-motion there.
-
-    If the path leaves the reach in it, for less than is between two samples, that is what blocks.
-    """
-    places = np.linspace(*r, _CLOSE_LOOKS)
-    points = problem.path(places)
-    beyond = out_of_reach(problem.arm, points)
-    if beyond.any():
-        outside = places[beyond]
-        return Blocked((outside[0], outside[-1]), "out of reach", float(problem.arm.shortfall(points).max()))
+    """Return the stretch in which a proof found no way on; of constrained arms with what ends the self-motion there."""
+    if (outside := _outside(problem, r)) is not None:
+        return outside
     if not constraints_of(problem.arm):
         return Blocked(r, "joint limits")
     limiting = ("lower limit", "upper limit", "fold", "marker", "free")
@@ -165,6 +160,16 @@ def told(problem: Problem, r: tuple[float, float]) -> Blocked:
     return Blocked(r, cause_of(problem.arm, found), limits=found)
 
 
+def _outside(problem: Problem, r: tuple[float, float]) -> Blocked | None:
+    """Return where the path leaves the reach in a stretch, if it does, for less than is between two samples."""
+    places = np.linspace(*r, _CLOSE_LOOKS)
+    points = problem.path(places)
+    outside = places[out_of_reach(problem.arm, points)]
+    if not len(outside):
+        return None
+    return Blocked((float(outside[0]), float(outside[-1])), "out of reach", float(problem.arm.shortfall(points).max()))
+
+
 def _stretch(problem: Problem) -> tuple[Blocked, tuple[Cause, ...]]:
     """Return where the motion must break, and what ends the last part that leads on from the start."""
     last, causes = problem.structure.farthest(sheets_at_end(problem, "start"))
@@ -172,7 +177,7 @@ def _stretch(problem: Problem) -> tuple[Blocked, tuple[Cause, ...]]:
     r = (min(first, last), max(first, last))
     limits = any(cause.kind.endswith("limit") for cause in causes)
     cause = "start and end" if problem.structure.is_connected else "joint limits" if limits else "limit of reach"
-    return Blocked(r, cause, None, tuple(map(str, causes))), causes
+    return _outside(problem, r) or Blocked(r, cause, None, tuple(map(str, causes))), causes
 
 
 def _deaths(problem: Problem, cover: SlabCover, deadline: float) -> tuple[Death, ...]:

@@ -12,6 +12,7 @@ from selfmotion._types import FloatArray
 from selfmotion.angles import wrap
 from selfmotion.arms import RedundantArm
 from selfmotion.certificate.chains import Ends
+from selfmotion.constrained import unconstrained
 from selfmotion.domain.fibre import Fibre, fibres
 from selfmotion.paths.base import PLANE
 from selfmotion.problem import Posture, Problem
@@ -29,7 +30,8 @@ def with_arm(problem: Problem, arm: RedundantArm) -> Problem:
     """Return the same problem of another arm."""
     other = copy.copy(problem)
     other.arm = arm
-    other.__dict__.pop("structure", None)
+    for known in ("structure", "blocked"):
+        other.__dict__.pop(known, None)
     return other
 
 
@@ -47,8 +49,11 @@ def sheets_at_end(problem: Problem, name: Literal["start", "end"]) -> list[int]:
 
 
 def leads_on(problem: Problem) -> bool:
-    """Return whether some sheet that a motion may start on leads on to one that it may end on, as far as is known."""
-    if not problem.arm.has_structure:
+    """Return whether some sheet that a motion may start on leads on to one that it may end on, as far as is known.
+
+    Joint limits alone are regarded: what they leave no way for, an arm's further constraints do not either.
+    """
+    if not unconstrained(problem.arm).has_structure:
         return True
     reachable, last = problem.structure.reachable, set(sheets_at_end(problem, "end"))
     return any(last & reachable[k] for k in sheets_at_end(problem, "start"))

@@ -120,7 +120,7 @@ class _Search:
 
     def plan(self) -> Plan:
         problem = self.problem
-        if problem.arm.has_structure and (not leads_on(problem) or problem.blocked):
+        if not leads_on(problem) or (problem.arm.has_structure and problem.blocked):
             self._explain()
         argument = self._prove()
         self._polish()
@@ -330,21 +330,18 @@ class _Search:
         def margins(q: FloatArray) -> FloatArray:
             return np.min([each.least_margins(q)[0] / each.scale for each in constraints], axis=0)
 
-        now = time.perf_counter()
-        until = now + _FOR_A_CHAIN * (self.deadline - now)
         for fineness in (COARSE, FINE):
+            now = time.perf_counter()
             try:
-                chain = widest_chain(self.problem, margins, fineness, until)
+                chain = widest_chain(self.problem, margins, fineness, now + _FOR_A_CHAIN * (self.deadline - now))
             except TimeoutError:
                 return
             if chain is not None:
                 self._add(start_from(self.problem, chain.q, chain.r), near=True)
-            elif (
-                fineness is COARSE
-            ):  # most likely there is no motion, and that is proved sooner than a fine chain found
-                self._explain()
             if self.best is not None:
                 return
+            if fineness is COARSE:  # most likely there is no motion, and that is proved sooner than a fine chain found
+                self._explain()
 
     def _add(self, start: Start, near: bool = False) -> None:
         """Refine a start; if it becomes a motion that holds and is better than all before, remember it."""

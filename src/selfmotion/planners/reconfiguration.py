@@ -84,7 +84,7 @@ def explained(problem: Problem, deadline: float) -> InfeasibleError | UndecidedE
         See :func:`~selfmotion.certificate.infeasibility.explain`; an InfeasibleError with ``reconfigured`` as far as
         postures exist all along the path and time allowed.
     """
-    now, part = time.perf_counter(), _FOR_THE_PROOF if problem.arm.has_structure else 1.0  # else none is planned
+    now, part = time.perf_counter(), 1.0 if leads_on(problem) else _FOR_THE_PROOF
     error = explain(problem, now + part * (deadline - now))
     if not isinstance(error, InfeasibleError) or error.proof is None or leads_on(problem):
         return error

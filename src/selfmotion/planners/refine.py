@@ -10,7 +10,7 @@ from typing import Any, Literal, NoReturn, Self
 import numpy as np
 
 from selfmotion._checks import integer, number, positive
-from selfmotion.constrained import constraints_of
+from selfmotion.constrained import constraints_of, unconstrained
 from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
@@ -200,7 +200,7 @@ class _Search:
         shortfall = problem.arm.shortfall(problem.path(r))
         if shortfall.max() > -_AT_THE_RIM * problem.arm.reach:
             remedy = f"keep away from the limit of reach, which the path touches at r = {r[shortfall.argmax()]:.4g}"
-        if problem.arm.has_structure and (dead_end := problem.structure.dead_end) is not None:
+        if unconstrained(problem.arm).has_structure and (dead_end := problem.structure.dead_end) is not None:
             why = f" ({' and '.join(map(str, dead_end[1]))})" if dead_end[1] else ""
             remedy = f"the angle domain leads no further than r = {dead_end[0]:.6g}{why}: widen limits or move the path"
         if failure is not None:
