@@ -150,7 +150,7 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
 
     def slack(r: FloatArray, q: FloatArray) -> FloatArray:
         """Column 0: minus the tracking error; then the limit margins, and those of further constraints."""
-        further = [constraint.margins(q).min(axis=1) / constraint.scale for constraint in constraints]
+        further = [constraint.least_margins(q)[0] / constraint.scale for constraint in constraints]
         return np.column_stack([-arm.task_error(q, path(r)), arm.margins(q), *further])
 
     looked_at = in_blocks(motion, grid, _AT_ONCE)

@@ -113,7 +113,7 @@ def keeps_constraints(arm: RedundantArm, q: FloatArray) -> BoolArray:
     """Return which postures (k, n) keep an arm's constraints beyond its joint limits, up to rounding; shape (k,)."""
     kept = np.ones(len(q), bool)
     for constraint in constraints_of(arm):
-        kept &= (constraint.margins(q) >= -constraint.tolerance).all(axis=1)
+        kept &= constraint.least_margins(q)[0] >= -constraint.tolerance
     return kept
 
 

@@ -61,7 +61,7 @@ def unsure(
         left = np.flatnonzero(state != FREE)
         if not len(left):
             return None
-        margins = constraint.margins(half[left]).min(axis=1)
+        margins = constraint.least_margins(half[left])[0]
         worst = int(margins.argmin())
         if margins[worst] < -constraint.tolerance or 2 * len(left) > _MOST:
             return Unsure(float(middle[left][worst]), float(margins[worst]), int(by[left][worst]))
@@ -69,7 +69,7 @@ def unsure(
         low, high = _by_turns(low[left], middle[left]), _by_turns(middle[left], high[left])
         a, b, half = _by_turns(a[left], half[left]), _by_turns(half[left], b[left]), _by_turns(one[left], two[left])
         middle = 0.5 * (low + high)
-    return Unsure(float(low[0]), float(constraint.margins(a[:1]).min()), int(by[left[0]]))
+    return Unsure(float(low[0]), float(constraint.least_margins(a[:1])[0][0]), int(by[left[0]]))
 
 
 def not_clear(arm: RedundantArm, q: FloatArray) -> BoolArray:
@@ -91,7 +91,7 @@ def not_clear(arm: RedundantArm, q: FloatArray) -> BoolArray:
         for _ in range(_HALVINGS):
             half = 0.5 * (a + b)
             state, _ = constraint.of_cells(_cells(a, b, np.zeros_like(a)), constraint.tolerance)
-            found[step] |= (constraint.margins(half) < -constraint.tolerance).any(axis=1)
+            found[step] |= constraint.least_margins(half)[0] < -constraint.tolerance
             left = np.flatnonzero((state != FREE) & ~found[step])
             if 2 * len(left) > _MOST or not len(left):
                 break

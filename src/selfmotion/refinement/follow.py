@@ -172,7 +172,7 @@ def is_clear(arm: RedundantArm, q: FloatArray) -> BoolArray:
     """Return which postures (p, n) keep the arm's further constraints, shape (p,)."""
     clear = np.ones(len(q), bool)
     for constraint in getattr(arm, "constraints", ()):
-        clear &= (constraint.margins(q) >= 0.0).all(axis=1)
+        clear &= constraint.least_margins(q)[0] >= 0.0
     return clear
 
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from selfmotion._checks import finite_array, positive, read_only
-from selfmotion._types import FileName, FloatArray, IntArray, SpacePoint
+from selfmotion._types import BoolArray, FileName, FloatArray, IntArray, SpacePoint
 from selfmotion.errors import InvalidInputError
 from selfmotion.rotations import from_rpy, matrix
 from selfmotion.scene.extra import coal
@@ -183,46 +183,63 @@ class MeshObstacle(Obstacle):
         MissingExtraError
             Without coal.
         """
-        distance, at, normal = np.empty(len(p)), np.empty_like(p, dtype=float), np.empty_like(p, dtype=float)
-        for k, (first, last) in enumerate(zip(p, q, strict=True)):
-            distance[k], at[k], normal[k] = self._nearest(first, last)
+        distance, at, on = self._from_surface(p, q)
+        normal = _directions(at - on)
+        for k in np.flatnonzero((distance <= 0.0) | self._in_box(at)):
+            if distance[k] <= 0.0 or self._has_inside(at[k]):
+                distance[k] = 0.0
+                deepest = self._deepest(p[k] + _PLACES[:, None] * (q[k] - p[k]))
+                if deepest is not None:
+                    distance[k], at[k], normal[k] = deepest
         return distance, at, normal
 
-    def _nearest(self, p: FloatArray, q: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        away, at, on = self._from_surface(p, q)
-        if away > 0.0 and not self._has_inside(at):
-            return away, at, _direction(at - on)
-        found = (0.0, at, _direction(at - on))
-        for t in _PLACES:
-            point = p + t * (q - p)
-            if self._has_inside(point):
-                depth, _, on = self._from_surface(point, point)
-                if -depth < found[0]:
-                    found = -depth, point, _direction(on - point)
-        return found
+    def no_less(self, p: FloatArray, q: FloatArray) -> FloatArray:
+        """Return what the distances of segments (k, 3) are no less than, from the mesh's extent alone; shape (k,)."""
+        apart = np.maximum(np.minimum(p, q) - self._extent[1], self._extent[0] - np.maximum(p, q))
+        return np.asarray(np.linalg.norm(np.maximum(apart, 0.0), axis=1))
 
-    def _from_surface(self, p: FloatArray, q: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Return how far a segment is from the triangles, and the nearest points of it and of them."""
+    def no_more(self, p: FloatArray) -> FloatArray:
+        """Return what the distances of points (k, 3) are no more than; shape (k,)."""
+        return np.asarray(np.linalg.norm(p - self.vertices[0], axis=1))
+
+    def _deepest(self, points: FloatArray) -> tuple[float, FloatArray, FloatArray] | None:
+        """Return minus the depth of the deepest of some points, that point and its way out; None if none is inside."""
+        points = points[[self._has_inside(point) for point in points]]
+        if not len(points):
+            return None
+        depth, _, on = self._from_surface(points, points)
+        k = int(depth.argmax())
+        return (-float(depth[k]), points[k], _directions(on[[k]] - points[[k]])[0]) if depth[k] > 0.0 else None
+
+    def _from_surface(self, p: FloatArray, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return how far segments are from the triangles, and the nearest points of them and of the triangles."""
         package, origin, unit = coal(), self.vertices[0], self._unit
         start, d = unit * (p - origin), unit * (q - p)
-        length = float(np.linalg.norm(d))
-        frame = np.eye(3) if length == 0.0 else _frame(d / length)
-        link = package.Capsule(0.0, length) if length > 0.0 else package.Sphere(0.0)
-        result = package.DistanceResult()
-        middle = package.Transform3s(frame, start + 0.5 * d)
-        away = package.distance(link, middle, self._model, package.Transform3s(), package.DistanceRequest(), result)
-        points = np.array([result.getNearestPoint1(), result.getNearestPoint2()])
-        if not (np.abs(points) <= length + _SIZE + np.abs(start).max()).all():  # where they meet coal may not say where
-            points[:] = start + 0.5 * d
-        at, on = points / unit + origin
-        return max(away - _SHORT, 0.0) / unit, at, on
+        length, middle = np.linalg.norm(d, axis=1), start + 0.5 * d
+        frames = _frames(d, length)
+        model, here, request = self._model, package.Transform3s(), package.DistanceRequest()
+        away, points = np.empty(len(p)), np.empty((len(p), 2, 3))
+        for k in range(len(p)):
+            link = package.Capsule(0.0, length[k]) if length[k] > 0.0 else package.Sphere(0.0)
+            result = package.DistanceResult()
+            away[k] = package.distance(link, package.Transform3s(frames[k], middle[k]), model, here, request, result)
+            points[k, 0], points[k, 1] = result.getNearestPoint1(), result.getNearestPoint2()
+        known = (np.abs(points) <= (length + _SIZE + np.abs(start).max(axis=1))[:, None, None]).all(axis=(1, 2))
+        points[~known] = middle[~known, None]  # where they meet coal may not say where
+        at, on = points[:, 0] / unit + origin, points[:, 1] / unit + origin
+        return np.maximum(away - _SHORT, 0.0) / unit, at, on
+
+    @cached_property
+    def _extent(self) -> tuple[FloatArray, FloatArray]:
+        return self.vertices.min(axis=0), self.vertices.max(axis=0)
+
+    def _in_box(self, points: FloatArray) -> BoolArray:
+        return np.asarray(((points >= self._extent[0]) & (points <= self._extent[1])).all(axis=-1))
 
     def _has_inside(self, point: FloatArray) -> bool:
         from selfmotion.scene._mesh_kernels import winding  # compiled, which reading a mesh does without
 
-        if (point < self.vertices.min(axis=0)).any() or (point > self.vertices.max(axis=0)).any():
-            return False
-        return abs(winding(self._corners, point)) > 0.5
+        return bool(self._in_box(point)) and abs(winding(self._corners, point)) > 0.5
 
 
 def _refuse_open(triangles: IntArray, vertices: FloatArray) -> None:
@@ -257,14 +274,15 @@ def _hull(vertices: FloatArray) -> tuple[FloatArray, IntArray]:
     return vertices, np.where(away[:, None] < 0, hull.simplices[:, ::-1], hull.simplices)
 
 
-def _frame(z: FloatArray) -> FloatArray:
-    """Return a rotation whose third axis is z, shape (3, 3)."""
-    x = np.cross(z, np.eye(3)[np.abs(z).argmin()])
-    x /= np.linalg.norm(x)
-    return np.stack([x, np.cross(z, x), z], axis=1)
+def _frames(d: FloatArray, length: FloatArray) -> FloatArray:
+    """Return rotations (k, 3, 3) whose third axes point along d (k, 3) of given length; any where that is zero."""
+    z = np.where(length[:, None] > 0.0, d / np.where(length > 0.0, length, 1.0)[:, None], [0.0, 0.0, 1.0])
+    x = np.cross(z, np.eye(3)[np.abs(z).argmin(axis=1)])
+    x /= np.linalg.norm(x, axis=1)[:, None]
+    return np.stack([x, np.cross(z, x), z], axis=2)
 
 
-def _direction(v: FloatArray) -> FloatArray:
-    """Return a vector's direction; of none, any."""
-    size = np.linalg.norm(v)
-    return v / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
+def _directions(v: FloatArray) -> FloatArray:
+    """Return the directions of vectors (k, 3); of one without length, any."""
+    size = np.linalg.norm(v, axis=1)[:, None]
+    return np.where(size > 0.0, v / np.where(size > 0.0, size, 1.0), [0.0, 0.0, 1.0])

@@ -114,8 +114,7 @@ class Scene:
         kernels.margins_all(self._capsules, self._shapes, self._pairs, postures, found)
         if not self._of_meshes:
             return found
-        points = self._points(postures)
-        return np.concatenate([found, self._from_meshes(points)[0]], axis=1)
+        return np.concatenate([found, self._nearest_of_meshes(self._points(postures))[0]], axis=1)
 
     def least_margins(self, q: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return the least margin of postures (k, n), and which it is; shapes (k,)."""
@@ -124,7 +123,9 @@ class Scene:
         kernels.least_all(self._capsules, self._shapes, self._pairs, self._balls, postures, found, which)
         if not self._of_meshes:
             return found, which
-        margins = self._from_meshes(self._points(postures))[0]
+        points = self._points(postures)
+        near = [self._meshes[k].no_more(points[:, c, 0]) - needed for c, k, needed in self._of_meshes]
+        margins = self._from_meshes(points, np.minimum(found, np.min(near, axis=0))[:, None])
         mesh = margins.argmin(axis=1)
         nearest = margins[np.arange(len(postures)), mesh]
         return np.minimum(found, nearest), np.where(nearest < found, len(self._pairs.link) + mesh, which)
@@ -137,7 +138,7 @@ class Scene:
         kernels.gradients_all(self._capsules, self._shapes, self._pairs, postures, found, rates)
         if not self._of_meshes:
             return found, rates
-        margins, at, normal = self._from_meshes(self._points(postures))
+        margins, at, normal = self._nearest_of_meshes(self._points(postures))
         more = np.zeros((k, len(self._of_meshes), n))
         frames = np.array([self.links.frame[c] for c, _, _ in self._of_meshes], np.int64)
         kernels.rates_at(self._capsules, postures, frames, at, normal, more)
@@ -208,8 +209,8 @@ class Scene:
         if not self._of_meshes:
             return States(state, by)
         open_ = np.flatnonzero(state >= 0)
-        margins = self._from_meshes(points[open_])[0]
         moves = (np.linalg.norm(half[open_], axis=-1) + rest[open_]).max(axis=-1)[:, [c for c, _, _ in self._of_meshes]]
+        margins = self._from_meshes(points[open_], moves - forgiven)
         lack = margins + moves + self.tolerance
         worst = lack.argmin(axis=1)
         blocked = lack[np.arange(len(open_)), worst] < 0.0
@@ -219,7 +220,18 @@ class Scene:
         state[open_] = np.where(blocked, -1, np.minimum(state[open_], free))
         return States(state, by)
 
-    def _from_meshes(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _from_meshes(self, points: FloatArray, enough: FloatArray) -> FloatArray:
+        """Return margins against meshes (k, p); where the mesh's extent alone leaves more than `enough`, that."""
+        enough = np.broadcast_to(enough, (len(points), len(self._of_meshes)))
+        found = np.empty(enough.shape)
+        for column, (c, k, needed) in enumerate(self._of_meshes):
+            p, q = points[:, c, 0], points[:, c, 1]
+            found[:, column] = self._meshes[k].no_less(p, q) - needed
+            near = np.flatnonzero(found[:, column] <= enough[:, column])
+            found[near, column] = self._meshes[k].distances(p[near], q[near]) - needed
+        return found
+
+    def _nearest_of_meshes(self, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return margins against meshes (k, p), with the points of the axes concerned and directions (k, p, 3)."""
         k, p = len(points), len(self._of_meshes)
         found, at, normal = np.empty((k, p)), np.empty((k, p, 3)), np.empty((k, p, 3))
