@@ -113,6 +113,22 @@ def test_obstacles_in_another_unit_are_a_warning(run, scene_file):
     assert "no obstacle is in reach" in json.loads(text)["warnings"][0]
 
 
+def test_a_clearance_from_nothing_is_a_warning(run, scene_file):
+    code, _, err = run("plan", scene_file(obstacles=[]))
+    assert code == 0
+    assert "no obstacle is given" in err
+
+
+@pytest.mark.parametrize("name", ["post $\\frac{a$", "$a_{$", "a bracket that the welder of the night shift left " * 3])
+def test_names_are_drawn_letter_by_letter(run, scene_file, tmp_path, name, recwarn):
+    """Not as formulas, which most are none of, and no longer than there is room."""
+    out = tmp_path / "out"
+    code, _, err = run("plan", scene_file(obstacles=[{**POST, "name": name}]), "--out", str(out))
+    assert code == 0, err
+    assert (out / "postures.png").exists()
+    assert not [warning for warning in recwarn if "layout" in str(warning.message)]
+
+
 def test_a_plan_keeps_clear_and_says_so_and_so_does_its_file(run, scene_file, tmp_path):
     stored = str(tmp_path / "plan.json")
     code, text, err = run("plan", scene_file(), "--save", stored)

@@ -51,6 +51,12 @@ REFUSED = {
         elbow="positive",
     ),
     "end.u": lambda: sm.Problem(ARM, PATH, end=[3.0]),
+    "obstacles (none)": lambda: sm.Problem(ARM, PATH, obstacles=None),
+    "obstacles (one)": lambda: sm.Problem(ARM, PATH, obstacles=sm.CircleObstacle([1, 2], 1)),
+    "obstacles (text)": lambda: sm.Problem(ARM, PATH, obstacles="circle"),
+    "obstacles.0": lambda: sm.Problem(ARM, PATH, obstacles=[{"circle": {"center": [1, 2], "radius": 1}}]),
+    "self_collision": lambda: sm.Problem(ARM, PATH, self_collision="no"),
+    "clearance": lambda: sm.Problem(ARM, PATH, clearance=None),
 }
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from selfmotion._checks import angles, choice, finite_array, integer, positive, read_only
+from selfmotion._checks import angles, choice, finite_array, integer, number, positive, read_only
 from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms import RedundantArm
@@ -424,6 +424,11 @@ def _constraints(
     arm: RedundantArm, obstacles: Sequence[Obstacle], clearance: float, self_collision: bool, least: float | None
 ) -> tuple[Scene | None, list[Constraint]]:
     """Return the scene, None if nothing is in it, and all constraints beyond joint limits."""
+    if not isinstance(obstacles, Sequence) or isinstance(obstacles, str):
+        raise InvalidInputError("obstacles", f"is a {type(obstacles).__name__}", "give a list of obstacles")
+    if not isinstance(self_collision, bool | np.bool_):
+        raise InvalidInputError("self_collision", "is not true or false", "give True or False", self_collision)
+    clearance = number("clearance", clearance)
     own = constraints_of(arm)  # of another problem, whose arm it is
     in_scene = bool(len(obstacles) or self_collision or clearance)
     if own and (in_scene or least is not None):

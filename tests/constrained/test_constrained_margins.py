@@ -8,8 +8,9 @@ pytest.importorskip("shapely")
 
 import selfmotion as sm
 from clearance import Planar, Spatial, by_coal
+from selfmotion.arms.cells import Cells
 from selfmotion.constrained import SingularityMargin
-from selfmotion.scene import BoxObstacle
+from selfmotion.scene import BoxObstacle, MeshObstacle, Scene
 
 TORCH = {"translation": [0.05, 0.02, 0.15], "rpy": [0.0, 0.6, 0.0]}
 ARMS = [("panda", None), ("iiwa14", None), ("ur5e", TORCH), ("kr6r900", TORCH)]
@@ -106,3 +107,25 @@ def test_singular_values_change_no_faster_than_is_said(arm):
         assert (change <= np.abs(step) @ margin._fastest + 1e-12).all()
     assert (most <= margin._fastest).all()
     assert most.max() > 0.05
+
+
+def test_meshes_far_away_change_nothing_but_the_time(monkeypatch):
+    """Where a mesh's extent says enough its distance is not asked for: least margins and verdicts are the same."""
+    pytest.importorskip("coal")
+    corners = np.array([[x, y, z] for x in (0.0, 1) for y in (0.0, 1) for z in (0.0, 1)])
+    quads = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    meshes = [MeshObstacle.of_triangles(0.2 * corners + at, faces) for at in ([0.4, 0.0, 0.3], [-0.5, 0.3, 0.6])]
+    arm, rng = sm.named_arm("panda"), np.random.default_rng(3)
+    scene = Scene(arm, meshes, clearance=0.03)
+    q = rng.uniform(arm.limits.lower, arm.limits.upper, (400, arm.n))
+    least, which = scene.least_margins(q)
+    every = scene.margins(q)
+    assert np.array_equal(least, every.min(axis=1))
+    assert np.array_equal(every[np.arange(len(q)), which], least)
+    ends = q + rng.normal(0.0, 0.02, q.shape)
+    cells = Cells(q, ends, np.full(q.shape, 1e-3), np.zeros((len(q), 4)), np.arange(len(q)))
+    state = scene.of_cells(cells).state
+    assert {-1, 1} <= set(state.tolist())
+    monkeypatch.setattr(MeshObstacle, "no_less", lambda self, p, q: np.full(len(p), -np.inf))
+    assert np.array_equal(scene.of_cells(cells).state, state)

@@ -102,6 +102,7 @@ REFUSED = {
     "circel": ({"circel": {}}, "did you mean 'circle'"),
     "box": ({"circle": {"center": [0, 0], "radius": 1}, "box": {}}, "not a known field"),
     "": ({"name": "clamp"}, "no kind"),
+    "kind": ({"kind": "circle", "center": [0, 0], "radius": 1}, "is no field of an obstacle"),
     " (list)": ([1, 2], "not a mapping"),
     "name": ({"circle": {"center": [0, 0], "radius": 1}, "name": " "}, "no name"),
     "name (number)": ({"circle": {"center": [0, 0], "radius": 1}, "name": 3}, "not text"),

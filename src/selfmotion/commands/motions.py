@@ -228,7 +228,7 @@ def verify(
         float, typer.Option("--gap", min=1e-9, max=1.0, help="How sharp the bound on every motion shall be.")
     ] = 1e-3,
     time_limit: Annotated[
-        float, typer.Option("--time-limit", metavar="S", min=0.0, help="Seconds after which it is taken as it is.")
+        float, typer.Option("--time-limit", metavar="S", help="Seconds after which it is taken as it is; above 0.")
     ] = 10.0,
 ) -> None:
     """Judge a motion that anyone made: tracking, limits, continuity, travel, and how far from the best possible it is.

@@ -88,6 +88,8 @@ def plan_lines(summary: dict[str, Any], unit: str) -> str:
     """Return what is said of a plan, steps and margins in the `unit` of its arm's joints."""
     parameters = summary["parameters"]
     chosen = [f"{name} = {value:.6g}" for name, value in parameters.items() if isinstance(value, float)]
+    if "kept" in parameters:  # of what, planner widest was told
+        chosen.insert(0, parameters["settings"]["margin"].replace("_", " "))
     if "elbow" in parameters:
         elbow = parameters["elbow"]
         chosen.append(f"{elbow} elbow" if elbow in ("positive", "negative") else f"branch {elbow}")

@@ -328,6 +328,9 @@ def build_obstacle(data: Any, folder: str = "") -> Obstacle:
     keys = [key for key in data if key != "name"]
     if not keys:
         raise InvalidInputError("", "says no kind", f"choose one of {', '.join(OBSTACLES)}", data)
+    if isinstance(data.get("kind"), str) and data["kind"] in OBSTACLES:  # as arms and paths say it
+        fields = ", ".join(f"{key}: …" for key in keys if key != "kind")
+        raise InvalidInputError("kind", "is no field of an obstacle", f"write {{{data['kind']}: {{{fields}}}}}", data)
     kind = next((key for key in keys if key in OBSTACLES), None) or choice(str(keys[0]), keys[0], OBSTACLES)
     checked(obstacle_form(kind), data)
     part = OBSTACLES[kind]

@@ -56,9 +56,11 @@ def sampled_lines(sampled: SampledDomain) -> list[str]:
         stretches = sampled.stretches(branch)
         where = " and ".join(f"[{a:.6g}, {b:.6g}]" for a, b in stretches)
         most = max(map(len, looks), default=0)
+        widest = max((run.high - run.low for runs in looks for run in runs), default=0.0)
+        intervals = f"at most {most} interval{_s(most)}" if widest > 0.0 else "single postures and no interval"
         lines.append(
             f"{sampled.domain.self_motion.branches[branch]}: "
-            + (f"feasible for r in {where}, at most {most} interval{_s(most)}" if stretches else "nothing is feasible")
+            + (f"feasible for r in {where}, {intervals}" if stretches else "nothing is feasible")
         )
     return lines
 

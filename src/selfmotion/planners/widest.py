@@ -31,6 +31,7 @@ _LOOK = 0.1  # cells whose ends are looked at [rad]
 _SPACING = 0.02  # cells by which it is proved that no posture there keeps farther away [rad]
 _RELATIVE = 1e-3  # by how much more is tried at first
 _UNIT = 1.0  # least singular value that is measured from
+_ROUNDING = 1e-9
 _HARDLY = 0.3  # of the tolerance, by which less is tried than postures have
 _TOLERANCE = 1e-3  # of motions that need not be the shortest
 _FIRST_MOTION = 1.0  # gap at which the shortest motion is of no interest
@@ -153,10 +154,19 @@ class _Search:
             "kept": self.low,
             "at_most": self.high if self.problem.arm.rigorous else None,
             "cost_at_least": best.lower_bound,
+            "stopped": self._stopped,
             "tries": [each._asdict() for each in self.tries],
         }
         seconds = time.perf_counter() - self.began
         return Plan(best.problem, best.motion, self.planner.kind, parameters, best.evaluations, seconds)
+
+    @property
+    def _stopped(self) -> str:
+        if not self.problem.arm.rigorous:
+            return "nothing is proved of this arm"
+        if self.high - self.low <= self._step * (1.0 + _ROUNDING):
+            return "to the tolerance asked for"
+        return f"until the time limit of {self.planner.time_limit:g} s"
 
     def _at(self, part: float) -> float:
         return self.began + part * self.planner.time_limit

@@ -10,7 +10,7 @@ import numpy as np
 
 from selfmotion._types import FloatArray
 from selfmotion.domain.holes import Hole
-from selfmotion.plot.style import GREY, INK, OBSTACLES, tinted
+from selfmotion.plot.style import GREY, INK, OBSTACLES, literal, tinted
 from selfmotion.plot.window import Window
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def name_of(met: str) -> str:
 def contact_name(cause: str) -> str:
     """Return a cause in short: ``"clamp × link 3"`` of ``"link 3 against obstacle 2 (clamp)"``."""
     found = _SIDE.match(cause)
-    return f"{name_of(found[2])} × {found[1]}" if found else cause
+    return f"{literal(name_of(found[2]))} × {literal(found[1])}" if found else literal(cause)
 
 
 def in_window(hole: Hole, window: Window) -> tuple[list[Piece], tuple[float, float]]:

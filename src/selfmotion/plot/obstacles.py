@@ -11,7 +11,7 @@ from selfmotion.arms import RedundantArm
 from selfmotion.constrained.arm import constraints_of, unconstrained
 from selfmotion.paths.base import PLANE
 from selfmotion.plot.plane import draw_circle, ray
-from selfmotion.plot.style import INK, OBSTACLES, tinted
+from selfmotion.plot.style import INK, OBSTACLES, literal, tinted
 from selfmotion.scene import CircleObstacle, HalfPlaneObstacle, Obstacle, PolygonObstacle
 
 if TYPE_CHECKING:
@@ -48,12 +48,13 @@ def draw_obstacles(axes: Axes, arm: RedundantArm) -> None:
         return
     for k, obstacle in enumerate(scene.obstacles):
         color = OBSTACLES[k % len(OBSTACLES)]
-        look = {"facecolor": tinted(color), "edgecolor": color, "linewidth": 0.9, "zorder": 2.2}
+        order = 2.1 if isinstance(obstacle, HalfPlaneObstacle) else 2.2  # what stands in one is seen
+        look = {"facecolor": tinted(color), "edgecolor": color, "linewidth": 0.9, "zorder": order}
         _draw_shape(axes, obstacle, _FAR * arm.reach, look)
         if scene.clearance:
             _draw_outline(axes, obstacle, scene.clearance, _FAR * arm.reach, color)
         axes.annotate(
-            obstacle.name or str(k + 1), _middle(obstacle, arm.reach), ha="center", va="center", fontsize=7.0,
+            literal(obstacle.name or str(k + 1)), _middle(obstacle, arm.reach), ha="center", va="center", fontsize=7.0,
             color=INK, zorder=2.4, annotation_clip=True,  # of obstacles outside of the picture nothing is written
             path_effects=[withStroke(linewidth=1.8, foreground=tinted(color))],
         )  # fmt: skip

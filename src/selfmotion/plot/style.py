@@ -44,6 +44,13 @@ _SETTINGS: dict[Any, Any] = {
 }
 COLUMN = 3.5
 """Width of one printed column [inch]."""
+_LONGEST = 28  # letters of a name that someone gave
+
+
+def literal(name: str) -> str:
+    """Return a name that someone gave as it is drawn: letter by letter, no formulas, and cut where it is too long."""
+    short = name if len(name) <= _LONGEST else name[: _LONGEST - 1] + "…"
+    return short.replace("$", r"\$")
 
 
 def tinted(color: str, part: float = 0.3) -> tuple[float, float, float]:

@@ -57,7 +57,7 @@ class PolygonObstacle(Obstacle):
             remedy = "leave one of the two out"
             raise InvalidInputError("corners", f"has corner {k} twice in a row, at {_text(given[k])}", remedy)
         if _are_on_a_line(given):
-            raise InvalidInputError("corners", "enclose no area", "give corners that are not on one line", corners)
+            raise InvalidInputError("corners", "encloses no area", "give corners that are not on one line", corners)
         _refuse_meetings(given)
         self.corners = read_only(given if _area(given) > 0 else np.ascontiguousarray(given[::-1]))
 

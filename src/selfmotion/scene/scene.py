@@ -60,6 +60,10 @@ class Scene:
         self, arm: RedundantArm, obstacles: Sequence[Obstacle], clearance: float = 0.0, self_collision: bool = False
     ) -> None:
         self.obstacles = tuple(obstacles)
+        for k, obstacle in enumerate(self.obstacles):
+            if not isinstance(obstacle, Obstacle):
+                remedy = "give one such as sm.CircleObstacle((x, y), radius)"
+                raise InvalidInputError(f"obstacles.{k}", f"is a {type(obstacle).__name__}", remedy)
         self.clearance = number("clearance", clearance)
         if self.clearance < 0.0:
             raise InvalidInputError("clearance", "must not be negative", "give a distance, or leave it out", clearance)
@@ -70,7 +74,8 @@ class Scene:
                 mine, other = ("a planar", "space") if dimension == PLANE else ("a spatial", "the plane")
                 raise InvalidInputError(
                     f"obstacles.{k}", f"is a {obstacle.kind} of {other}, and this is {mine} arm",
-                    "give circle, polygon or half_plane" if dimension == PLANE else "give sphere, box, capsule or mesh",
+                    "give circle, polygon or half_plane" if dimension == PLANE
+                    else "give sphere, half_space, box, capsule or mesh",
                 )  # fmt: skip
             if _extent(obstacle) > _LARGEST * arm.reach:
                 raise InvalidInputError(
@@ -183,9 +188,9 @@ class Scene:
         return f"obstacle {k + 1}" + (f" ({name})" if name else "")
 
     def doubt(self) -> str | None:
-        """Return what is doubtful of obstacles none of which a link can come near to, None if nothing is."""
+        """Return what is doubtful: a clearance from nothing, or obstacles none of which a link can come near to."""
         if not self.obstacles:
-            return None
+            return "a clearance is asked for, and no obstacle is given" if self.clearance else None
         each = self.margins(np.zeros((1, self.links.levers.shape[-1])))[0]
         nearest = float(each.min(initial=np.inf)) + self.clearance
         if nearest <= 2.0 * self.scale:  # links and obstacles in reach are no farther apart
