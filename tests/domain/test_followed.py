@@ -78,3 +78,13 @@ def test_a_full_circle_has_no_ends():
     (strip,) = followed(np.array([0.0, 1.0]), [[Run(-3.0, -3.0 + TAU, ((), ()))], [Run(-2.9, -2.9 + TAU, ((), ()))]])
     assert strip.is_circle
     assert strip.high[1] - strip.low[1] == pytest.approx(TAU)
+
+
+@pytest.mark.parametrize("onward", [1, -1])
+def test_of_two_that_join_in_one_of_the_same_ends_none_goes_on(onward):
+    """Nor do two that one parts in: an end that jumped from one to the other would be drawn where there is none."""
+    r = np.linspace(0, 1, 6)
+    looks = ([[Run(0.0, 1.0, A), Run(1.2, 1.5, A)]] * 3 + [[Run(0.0, 1.5, A)]] * 3)[::onward]
+    strips = [strip for strip in followed(r, looks) if strip.causes != ((), ())]
+    assert len(strips) == 3
+    assert all(np.ptp(strip.low) == np.ptp(strip.high) == 0.0 for strip in strips)

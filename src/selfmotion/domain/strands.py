@@ -12,6 +12,7 @@ from selfmotion.arms import Cause
 from selfmotion.domain.feasible import Run
 from selfmotion.domain.strips import Strip
 
+_HELD = 0.5  # part of the shorter of two intervals that is a large one
 Causes = tuple[tuple[Cause, ...], tuple[Cause, ...]]
 
 
@@ -69,18 +70,24 @@ _UNKNOWN: Causes = ((), ())
 
 
 def _partners(before: Sequence[Run], now: Sequence[Run]) -> list[int | None]:
-    """Return for each run the one before that it goes on: of the same ends, with most in common or the only one."""
+    """Return for each run the one before that it goes on: of the same ends, with most in common or the only one.
+
+    Where one run has a large part of two on the other side these join, or part, and none goes on.
+    """
     partner: list[int | None] = [None] * len(now)
-    pairs = []
+    pairs, held = [], []
     for i, run in enumerate(now):
         for j, old in enumerate(before):
             if old.causes == run.causes:
                 low, high = _shared(old, run)
                 pairs.append((high - low, i, j))
+                if high - low > _HELD * min(run.high - run.low, old.high - old.low):
+                    held.append((i, j))
     used = set()
     for common, i, j in sorted(pairs, reverse=True):
         alone = sum(i == other for _, other, _ in pairs) == 1 == sum(j == other for _, _, other in pairs)
-        if partner[i] is None and j not in used and (common >= 0.0 or alone):
+        join = any((i == one) != (j == two) for one, two in held) and (i, j) in held
+        if partner[i] is None and j not in used and (common >= 0.0 or alone) and not join:
             partner[i] = j
             used.add(j)
     return partner
