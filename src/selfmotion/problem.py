@@ -237,6 +237,15 @@ class Problem:
         except InvalidInputError:
             return np.inf
 
+    @cached_property
+    def has_slabs(self) -> bool:
+        """Whether boxes can hold all postures along parts of the path: of rigorous arms, where speeds are bounded."""
+        try:
+            turning = self.path.turning(0.0, 1.0) if self.path.dimension == POSE else 0.0
+        except InvalidInputError:
+            return False
+        return self.arm.rigorous and bool(np.isfinite(self.fastest + turning))
+
     @property
     def rows(self) -> FloatArray:
         """The sample grid and every given waypoint, ascending; a trajectory has a row at each."""

@@ -166,14 +166,14 @@ def verify_motion(problem: Problem, motion: Callable[[FloatArray], FloatArray]) 
     margins = {}
     for k, constraint in enumerate(constraints, arm.n + 1):
         margins[constraint.check] = margin = least[k] * constraint.scale
-        place: Unsure | None = Unsure(at[k], margin, -1)
         if margin >= -constraint.tolerance:
             place = unsure(constraint, motion, grid, looked_at)
+        else:
+            (which,) = constraint.least_margins(motion(np.array([at[k]])))[1]
+            place = Unsure(at[k], margin, int(which))
         if place is not None:
-            which = int(constraint.margins(motion(np.array([place.r])))[0].argmin())
-            failures.append(
-                Failure(constraint.check, place.r, place.margin, -constraint.tolerance, cause=constraint.cause(which))
-            )
+            cause = constraint.cause(place.which)
+            failures.append(Failure(constraint.check, place.r, place.margin, -constraint.tolerance, cause=cause))
     found = elbow_failures(problem, grid, looked_at) + end_failures(problem, looked_at)
     found += closure_failures(problem, looked_at)
     failures += [replace(failure, row=None) for failure in found]  # a continuous motion has no rows

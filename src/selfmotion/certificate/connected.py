@@ -18,11 +18,12 @@ from selfmotion.certificate._chain_kernels import components, meeting
 
 _PARTS = 4  # of a slab
 _SIZE = 0.1  # radius of boxes [rad]
+_MOST = 20_000  # boxes of a part that are compared with each other
 _ROUNDING = 1e-8  # of cells [rad]
 
 
 class NotInTimeError(Exception):
-    """The deadline passed before a slab was covered."""
+    """The deadline passed before a slab was covered, or it takes more boxes than can be compared in any time."""
 
 
 def groups(
@@ -59,6 +60,8 @@ def groups(
         if time.perf_counter() > deadline:
             raise NotInTimeError
         boxes = slabs.boxes(start, stop, _SIZE)
+        if len(boxes) > _MOST:
+            raise NotInTimeError
         now = boxes.low, boxes.high, components(boxes.low, boxes.high, slabs.wraps)
         ways = ways @ _meeting(before, now, slabs.wraps)
         before = now

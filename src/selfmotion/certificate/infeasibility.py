@@ -14,8 +14,8 @@ from selfmotion.certificate.chains import Chains, Ends
 from selfmotion.certificate.joined import earliest, ends, leads_on, parts_at_start, sheets_at_end, with_arm
 from selfmotion.certificate.needs import needs, needs_of_pose
 from selfmotion.constrained import constraints_of, unconstrained
-from selfmotion.domain import AngleDomain, cause_of, out_of_reach
-from selfmotion.errors import Blocked, InfeasibleError, Need, UndecidedError
+from selfmotion.domain import AngleDomain, blocked_by, cause_of, out_of_reach
+from selfmotion.errors import Blocked, InfeasibleError, InvalidInputError, Need, UndecidedError
 from selfmotion.problem import Problem
 
 _SLACK = 1e-7  # a motion that limits wider by this allow is a matter of rounding [rad]
@@ -80,7 +80,7 @@ def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedErr
     Parameters
     ----------
     problem : Problem
-        Of a planar arm with one redundant degree. If it is cyclic the proof, if any, is one for motions that need not
+        Of an arm with one redundant degree. If it is cyclic the proof, if any, is one for motions that need not
         close. Where joint limits alone leave no way it is proved, and told, of them.
     deadline : float
         As :func:`time.perf_counter` tells it; half of the time is for the proof, or all where no structure is known.
@@ -105,8 +105,8 @@ def explain(problem: Problem, deadline: float) -> InfeasibleError | UndecidedErr
         structured = problem.arm.has_structure
         found = needs(problem, (), deadline) if structured else needs_of_pose(problem, deadline)
         return InfeasibleError(blocked, found)
-    if not problem.arm.rigorous:
-        return unproved("no motion was found")
+    if not problem.has_slabs:
+        return None if problem.arm.rigorous else unproved("no motion was found")
     if constraints_of(problem.arm) and not leads_on(problem):  # joint limits leave no way, whatever else there is
         return explain(with_arm(problem, unconstrained(problem.arm)), deadline)
     cover = problem.arm.slabs(problem.path, problem.elbow)
@@ -149,15 +149,26 @@ def told(problem: Problem, r: tuple[float, float]) -> Blocked:
         return outside
     if not constraints_of(problem.arm):
         return Blocked(r, "joint limits")
+    found = _ended_by(problem, r)
+    if not found:  # nothing is left that could end
+        return blocked_by(problem.arm, problem.path, r, problem.elbow_branches)
+    return Blocked(r, cause_of(problem.arm, found), limits=found)
+
+
+def _ended_by(problem: Problem, r: tuple[float, float]) -> tuple[str, ...]:
+    """Return what constraints end the self-motion most in a stretch; none of arms whose self-motion is not told."""
+    try:
+        self_motion = problem.arm.self_motion()
+    except InvalidInputError:
+        return ()
     limiting = ("lower limit", "upper limit", "fold", "marker", "free")
     seen = Counter(
         str(cause)
-        for arcs in AngleDomain(problem.arm.self_motion(), problem.path).sample(np.linspace(*r, _LOOKS))
+        for arcs in AngleDomain(self_motion, problem.path).sample(np.linspace(*r, _LOOKS))
         for k in range(_LOOKS) for run in arcs.runs(k) for causes in run.causes for cause in causes
         if cause.kind not in limiting
     )  # fmt: skip
-    found = tuple(cause for cause, _ in seen.most_common(_MOST_CAUSES))
-    return Blocked(r, cause_of(problem.arm, found), limits=found)
+    return tuple(cause for cause, _ in seen.most_common(_MOST_CAUSES))
 
 
 def _outside(problem: Problem, r: tuple[float, float]) -> Blocked | None:
@@ -188,9 +199,11 @@ def _deaths(problem: Problem, cover: SlabCover, deadline: float) -> tuple[Death,
         proved = 1.0
         for beyond in _BEYOND:
             until = min(r + beyond, 1.0)
+            if until == 1.0:
+                break
             limit = min(deadline, time.perf_counter() + _SECONDS_PER_PART)
-            chains = Chains(cover, 0.0, until, start=Ends(q[None], _SLACK, cover.one_sided))
-            if until < 1.0 and chains.prove(limit).proved:
+            chains = Chains(cover, 0.0, until, start=Ends(q[None], _SLACK, cover.one_sided), deadline=limit)
+            if chains.prove(limit).proved:
                 proved = until
                 break
         found.append(Death((r, proved), tuple(map(str, causes))))

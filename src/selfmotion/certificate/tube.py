@@ -145,7 +145,7 @@ class Tube:
         ----------
         slabs : SlabCover
         deadline : float
-            Slabs that are not looked at by then stay as they were.
+            Slabs that are not looked at by then stay as they were, as do those that take too many boxes.
         """
         for k in range(len(self.slices) - 1):
             one, two = self.slices[k], self.slices[k + 1]

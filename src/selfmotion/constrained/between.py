@@ -21,7 +21,7 @@ _CAUTION = 2.0
 
 
 class Unsure(NamedTuple):
-    """A place where a constraint is not surely kept: r, the margin there and its number."""
+    """A place where a constraint is not surely kept: r, the least margin there and its number."""
 
     r: float
     margin: float
@@ -57,19 +57,20 @@ def unsure(
         one, two = motion(np.concatenate([0.5 * (low + middle), 0.5 * (middle + high)])).reshape(2, *a.shape)
         off = [half - 0.5 * (a + b), one - 0.75 * a - 0.25 * b, two - 0.25 * a - 0.75 * b]
         dev = _CAUTION * np.abs(off).max(axis=0)
-        state, by = constraint.of_cells(_cells(a, b, dev), constraint.tolerance)
+        state, _ = constraint.of_cells(_cells(a, b, dev), constraint.tolerance)
         left = np.flatnonzero(state != FREE)
         if not len(left):
             return None
-        margins = constraint.least_margins(half[left])[0]
+        margins, which = constraint.least_margins(half[left])
         worst = int(margins.argmin())
         if margins[worst] < -constraint.tolerance or 2 * len(left) > _MOST:
-            return Unsure(float(middle[left][worst]), float(margins[worst]), int(by[left][worst]))
+            return Unsure(float(middle[left][worst]), float(margins[worst]), int(which[worst]))
         # Both halves of each, in turn.
         low, high = _by_turns(low[left], middle[left]), _by_turns(middle[left], high[left])
         a, b, half = _by_turns(a[left], half[left]), _by_turns(half[left], b[left]), _by_turns(one[left], two[left])
         middle = 0.5 * (low + high)
-    return Unsure(float(low[0]), float(constraint.least_margins(a[:1])[0][0]), int(by[left[0]]))
+    margins, which = constraint.least_margins(a[:1])
+    return Unsure(float(low[0]), float(margins[0]), int(which[0]))
 
 
 def not_clear(arm: RedundantArm, q: FloatArray) -> BoolArray:
@@ -91,7 +92,7 @@ def not_clear(arm: RedundantArm, q: FloatArray) -> BoolArray:
         for _ in range(_HALVINGS):
             half = 0.5 * (a + b)
             state, _ = constraint.of_cells(_cells(a, b, np.zeros_like(a)), constraint.tolerance)
-            found[step] |= constraint.least_margins(half)[0] < -constraint.tolerance
+            found[step[constraint.least_margins(half)[0] < -constraint.tolerance]] = True
             left = np.flatnonzero((state != FREE) & ~found[step])
             if 2 * len(left) > _MOST or not len(left):
                 break

@@ -174,7 +174,7 @@ class _Search:
             return f"{_ARGUMENT}, until the time limit of {self.planner.time_limit:g} s"
         except KeyboardInterrupt:
             return f"{_ARGUMENT}, until it was interrupted"
-        self.bound = max(self.bound, self._surely)
+        self._leads_nowhere()
         return "no motion cheaper than the best one is left in the tube"
 
     def _cover(self) -> Cover:
@@ -215,8 +215,7 @@ class _Search:
     def _evaluate(self, part: _Part) -> None:
         """Prove a part's bound; where its cheapest chords jump gaps that motions may not cross, without these."""
         part.bound, part.chain = part.tube.evaluate(self.deadline), part.tube.cheapest()
-        bounded = np.isfinite(self.problem.fastest)  # else no slab of the path can be covered
-        if constraints_of(self.problem.arm) and bounded and _jumps(part.chain):
+        if constraints_of(self.problem.arm) and self.problem.has_slabs and _jumps(part.chain):
             part.tube.connect(self._slabs, self.deadline)
             part.bound = part.tube.evaluate(self.deadline)
             if not part.tube.is_empty:
@@ -230,6 +229,8 @@ class _Search:
         """Say so if no motion leads from cell to cell at all; with a motion known, none is cheaper."""
         if self.best is None:
             self._explain()
+            if not self.problem.arm.rigorous:
+                raise unproved("no motion was found")
             raise InfeasibleError([told(self.problem, (0.0, 1.0))])
         self.bound, self.tubes = max(self.bound, self._surely), []
 

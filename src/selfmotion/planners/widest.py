@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from selfmotion.planners.base import Planner
 from selfmotion.planners.globally_optimal import Global
 from selfmotion.planners.widest_chain import COARSE, FINE, WidestChain, widest_chain
 from selfmotion.plans import Plan
-from selfmotion.problem import CHECKS, Margin, Posture, Problem
+from selfmotion.problem import CHECKS, Margin, Problem
 from selfmotion.refinement import Optima, start_from
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ _SPACING = 0.02  # cells by which it is proved that no posture there keeps farth
 _RELATIVE = 1e-3  # by how much more is tried at first
 _UNIT = 1.0  # least singular value that is measured from
 _ROUNDING = 1e-9
+_ON_LIMIT = 1e-9  # overrun of a limit allowed [rad]
 _HARDLY = 0.3  # of the tolerance, by which less is tried than postures have
 _TOLERANCE = 1e-3  # of motions that need not be the shortest
 _FIRST_MOTION = 1.0  # gap at which the shortest motion is of no interest
@@ -166,7 +167,7 @@ class _Search:
             return "nothing is proved of this arm"
         if self.high - self.low <= self._step * (1.0 + _ROUNDING):
             return "to the tolerance asked for"
-        return f"until the time limit of {self.planner.time_limit:g} s"
+        return f"until nothing more was decided in the time limit of {self.planner.time_limit:g} s"
 
     def _at(self, part: float) -> float:
         return self.began + part * self.planner.time_limit
@@ -205,15 +206,18 @@ class _Search:
 
     def _motion(self, margin: float, seconds: float) -> Plan | None:
         """Return a motion that keeps a margin, near the widest so far, near the widest chain, or anywhere."""
-        problem, deadline = self.problem.with_margin(self.planner.margin, margin), time.perf_counter() + seconds
+        problem, deadline = self._asked(margin), time.perf_counter() + seconds
+        if problem is None:
+            return None
         starts = [(self.widest(self._grid), self._grid)]
         starts += [] if self._chain is None else [(self._chain.q, self._chain.r)]
         for q, r in starts:
             optima = Optima(problem, _TOLERANCE, deadline)
             optimum = optima.add(start_from(problem, q, r), near=True)
-            for candidate in () if optimum is None else (optimum, optima.refined(optimum)):
-                if candidate.check.holds:
-                    return Plan(problem, candidate.motion, self.planner.kind, {}, optima.iterations)
+            if optimum is not None and not optimum.check.holds:
+                optimum = optima.refined(optimum)
+            if optimum is not None and optimum.check.holds:
+                return Plan(problem, optimum.motion, self.planner.kind, {}, optima.iterations)
         try:
             return Global(_FIRST_MOTION, max(deadline - time.perf_counter(), 1e-3)).plan(problem)
         except (InfeasibleError, NothingFeasibleError, UndecidedError):
@@ -230,8 +234,8 @@ class _Search:
             wanted = 0.5 * (floor + self.high)
 
     def _is_out_of_reach(self, margin: float, seconds: float) -> bool:
-        problem = self.problem.with_margin(self.planner.margin, margin)
-        if not np.isfinite(problem.fastest):  # no part of the path can be covered
+        problem = self._asked(margin)
+        if problem is None or not problem.has_slabs:
             return False
         slabs, deadline = problem.arm.slabs(problem.path, problem.elbow), time.perf_counter() + seconds
         chains = Chains(slabs, start=ends(problem, "start"), end=ends(problem, "end"), deadline=deadline)
@@ -239,14 +243,20 @@ class _Search:
         self._noted(margin, "none" if proved else "unknown")
         return proved
 
+    def _asked(self, margin: float) -> Problem | None:
+        """Return the problem that asks for a margin, None if what start or end are given as does not keep it."""
+        try:
+            return self.problem.with_margin(self.planner.margin, margin)
+        except InvalidInputError:
+            return None
+
     def _share(self, until: float) -> float:
         return max(_PART * (until - time.perf_counter()), 1e-3)
 
-    def _noted(self, margin: float, answer: str) -> str:
+    def _noted(self, margin: float, answer: str) -> None:
         self.tries.append(Try(float(margin), answer))
         if self.progress is not None:
             self.progress(len(self.tries), 0, self.widest.cost)
-        return answer
 
     def _shortest(self, seconds: float) -> Plan:
         """Return the shortest motion that keeps the margin, or the one that is known to keep it."""
@@ -266,22 +276,22 @@ class _Search:
             k = int(np.argmin(widths))
             narrowest, width = float(places[k]), widths[k]
             places = np.linspace(places[max(k - 1, 0)], places[min(k + 1, len(places) - 1)], _WITHIN)
-        given = [self._width_given(self.problem.start, 0.0), self._width_given(self.problem.end, 1.0)]
-        return min(self._out_of_reach_at(narrowest, max(width, self.low)), *given)
+        here = self._out_of_reach_at(narrowest, max(width, self.low))
+        return min(here, self._width_given("start"), self._width_given("end"))
 
     def _width(self, cover: Cover, r: float) -> float:
         """Return the largest margin of the postures at r that are looked at."""
         cells = cover.cells(self.problem.path(r), _LOOK)
         return float(self._margins(np.concatenate([cells.a, cells.b])).max(initial=-np.inf))
 
-    def _width_given(self, posture: Posture | None, r: float) -> float:
-        """Return the largest margin of what a given posture may be."""
-        if posture is None:
+    def _width_given(self, name: Literal["start", "end"]) -> float:
+        """Return the largest margin of what a given posture may be; infinite where that may be anything."""
+        q = ends(self.problem, name).q
+        if q is None:
             return np.inf
-        arm, branches = self.problem.arm, self.problem.elbow_branches
-        x, q = self.problem.path(r), posture.q
-        postures = [arm.solve(x, posture.u, branch)[0] for branch in branches] if q is None else [q]
-        return float(np.nanmax(self._margins(np.array(postures)), initial=-np.inf))
+        q = q[np.isfinite(q).all(axis=1)]
+        q = q[(self.problem.arm.limits.excess(q) <= _ON_LIMIT).all(axis=1)]
+        return float(self._margins(q).max(initial=-np.inf))
 
     def _margins(self, q: FloatArray) -> FloatArray:
         """Return the margin of postures (k, n), shape (k,)."""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
 _ON_LIMIT = 1e-9  # overrun of a limit allowed [rad]
-_ROOM = 0.9  # part of the way between rungs along which self-motion at one of them is told to be
+_ROOM = 0.45  # part of the way between rungs along which self-motion at one of them is told to be
 
 
 class _Fineness(NamedTuple):
@@ -171,7 +171,7 @@ def _traced(rungs: list[_Rung], ways: list[_Ways], at: int, r: FloatArray) -> tu
             way.append(int(ways[k].along[way[-1]]))
         way.reverse()
         last = k == len(rungs) - 1
-        ahead = _ROOM * (r[-1] - r[-2]) * np.arange(len(way)) / len(way)
+        ahead = _ROOM * (r[1] - r[0]) * np.arange(len(way)) / len(way)
         places.append(r[k] - ahead[::-1] if last else r[k] + ahead)
         postures.append(rungs[k].q[way])
         at = int(ways[k].before[way[0]])

@@ -406,7 +406,7 @@ def keeps_clear(
         two[0], two[1] = corners[2 * after], corners[2 * after + 1]
         distance = segments_distance(points[c, 0], points[c, 1], one, two, at[0], at[1], normal)
         distance += lowest(points[c], half[c], rest[c], at[0], normal, 1.0, distance)
-        if distance <= 0.0 or distance - pairs.needed[p] + forgiven <= 0.0:
+        if not (distance > 0.0 and distance - pairs.needed[p] + forgiven > 0.0):  # nor of no number
             return False
     return True
 

@@ -21,6 +21,7 @@ MOST_TRIANGLES = 500_000
 _PLACES = np.linspace(0.0, 1.0, 9)  # of a segment that meets the mesh, where it is looked for what is inside
 _SIZE = 1000.0  # of the mesh in coal, whose tolerances are lengths whatever the unit
 _SHORT = 1e-4  # taken off from what coal measures there: it found up to 1e-5 too much, of needles
+_SHORTER = 2.0 * _SHORT  # by which it is too small at most, with what coal itself may be wrong by
 _HULL = "close it, or ask for its convex hull: hull: true"
 
 
@@ -193,10 +194,15 @@ class MeshObstacle(Obstacle):
                     distance[k], at[k], normal[k] = deepest
         return distance, at, normal
 
+    @property
+    def shortfall(self) -> float:
+        """What distances may be too small by [m]."""
+        return _SHORTER / self._unit
+
     def no_less(self, p: FloatArray, q: FloatArray) -> FloatArray:
         """Return what the distances of segments (k, 3) are no less than, from the mesh's extent alone; shape (k,)."""
         apart = np.maximum(np.minimum(p, q) - self._extent[1], self._extent[0] - np.maximum(p, q))
-        return np.asarray(np.linalg.norm(np.maximum(apart, 0.0), axis=1))
+        return np.maximum(np.linalg.norm(np.maximum(apart, 0.0), axis=1) - _SHORT / self._unit, 0.0)
 
     def no_more(self, p: FloatArray) -> FloatArray:
         """Return what the distances of points (k, 3) are no more than; shape (k,)."""

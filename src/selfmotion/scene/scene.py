@@ -192,7 +192,8 @@ class Scene:
         if not self.obstacles:
             return "a clearance is asked for, and no obstacle is given" if self.clearance else None
         each = self.margins(np.zeros((1, self.links.levers.shape[-1])))[0]
-        nearest = float(each.min(initial=np.inf)) + self.clearance
+        of_links = np.append(self._pairs.other < 0, np.zeros(len(self._of_meshes), bool))
+        nearest = float(each[~of_links].min(initial=np.inf)) + self.clearance
         if nearest <= 2.0 * self.scale:  # links and obstacles in reach are no farther apart
             return None
         return (
@@ -216,7 +217,8 @@ class Scene:
         open_ = np.flatnonzero(state >= 0)
         moves = (np.linalg.norm(half[open_], axis=-1) + rest[open_]).max(axis=-1)[:, [c for c, _, _ in self._of_meshes]]
         margins = self._from_meshes(points[open_], moves - forgiven)
-        lack = margins + moves + self.tolerance
+        short = [self._meshes[k].shortfall for _, k, _ in self._of_meshes]
+        lack = margins + moves + self.tolerance + short
         worst = lack.argmin(axis=1)
         blocked = lack[np.arange(len(open_)), worst] < 0.0
         free = (margins + forgiven > moves).all(axis=1)
