@@ -150,3 +150,14 @@ def test_limits_that_leave_no_way_are_named_whatever_obstacles_stand_around():
     assert caught.value.needs == bare.value.needs
     assert str(caught.value) == str(bare.value)
     assert all("clearance" in plan.verification.margins for plan in caught.value.reconfigured.plans)
+
+
+def test_an_obstacle_that_leaves_nothing_for_a_moment_is_what_is_named():
+    """A disc smaller than a step of the samples, on the path of an arm without any limit."""
+    path, disc = sm.Line([0.8, 0.8], [1.8, 0.8]), CircleObstacle((1.26975, 0.8), 0.002)
+    with pytest.raises(sm.InfeasibleError) as error:
+        sm.plan(sm.Problem(sm.PlanarArm([1, 1, 1]), path, obstacles=[disc], samples=24), sm.Global(time_limit=60.0))
+    (blocked,) = error.value.blocked
+    assert blocked.cause == "obstacles"
+    assert "link 3 against obstacle 1" in blocked.limits
+    assert blocked.r[0] < 0.46975 < blocked.r[1]

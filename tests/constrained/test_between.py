@@ -122,3 +122,13 @@ def test_obstacles_whose_numbers_rounding_swallows_are_refused():
     with pytest.raises(InvalidInputError, match="100000 times"):
         scene(CircleObstacle((1e12, 0.0), 1e12 - 5.0))
     scene(HalfPlaneObstacle((1e12, 0.0), (-1.0, 0.0)))
+
+
+def test_where_it_breaks_what_breaks_is_named_and_not_what_is_merely_unsure():
+    """The tool passes a disc with room, and later goes through another."""
+    beside = CircleObstacle((3.03 * np.cos(0.2), 3.03 * np.sin(0.2)), 0.02)
+    both = scene(beside, CircleObstacle((3.0 * np.cos(0.4), 3.0 * np.sin(0.4)), 0.001))
+    q, r = np.array([[0.0, 0.0, 0.0], [0.8, 0.0, 0.0]]), np.array([0.0, 1.0])
+    place = unsure(both, straight(r, q), r, q)
+    assert both.cause(place.which) == "link 3 against obstacle 2"
+    assert place.margin == pytest.approx(-0.001, abs=1e-4)

@@ -10,7 +10,7 @@ import selfmotion as sm
 from clearance import Planar, Spatial, by_coal
 from selfmotion.arms.cells import Cells
 from selfmotion.constrained import SingularityMargin
-from selfmotion.scene import BoxObstacle, MeshObstacle, Scene
+from selfmotion.scene import BoxObstacle, CircleObstacle, MeshObstacle, PolygonObstacle, Scene
 
 TORCH = {"translation": [0.05, 0.02, 0.15], "rpy": [0.0, 0.6, 0.0]}
 ARMS = [("panda", None), ("iiwa14", None), ("ur5e", TORCH), ("kr6r900", TORCH)]
@@ -23,6 +23,14 @@ def agree(margins, left, scale):
     assert (margins[left <= 1e-9 * scale] <= 2e-9 * scale).all()
     assert (left > 0).any()
     assert (left < 0).any()
+
+
+def box_mesh(size, at):
+    """A cube as a mesh, from a corner on."""
+    corners = np.array([[x, y, z] for x in (0.0, 1) for y in (0.0, 1) for z in (0.0, 1)])
+    quads = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    return MeshObstacle.of_triangles(size * corners + at, faces)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -112,10 +120,7 @@ def test_singular_values_change_no_faster_than_is_said(arm):
 def test_meshes_far_away_change_nothing_but_the_time(monkeypatch):
     """Where a mesh's extent says enough its distance is not asked for: least margins and verdicts are the same."""
     pytest.importorskip("coal")
-    corners = np.array([[x, y, z] for x in (0.0, 1) for y in (0.0, 1) for z in (0.0, 1)])
-    quads = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
-    faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    meshes = [MeshObstacle.of_triangles(0.2 * corners + at, faces) for at in ([0.4, 0.0, 0.3], [-0.5, 0.3, 0.6])]
+    meshes = [box_mesh(0.2, [0.4, 0.0, 0.3]), box_mesh(0.2, [-0.5, 0.3, 0.6])]
     arm, rng = sm.named_arm("panda"), np.random.default_rng(3)
     scene = Scene(arm, meshes, clearance=0.03)
     q = rng.uniform(arm.limits.lower, arm.limits.upper, (400, arm.n))
@@ -129,3 +134,29 @@ def test_meshes_far_away_change_nothing_but_the_time(monkeypatch):
     assert {-1, 1} <= set(state.tolist())
     monkeypatch.setattr(MeshObstacle, "no_less", lambda self, p, q: np.full(len(p), -np.inf))
     assert np.array_equal(scene.of_cells(cells).state, state)
+
+
+def test_what_distances_to_meshes_are_short_by_blocks_nothing():
+    """A cube as a mesh, and a clearance that is kept by less than coal is sure of: undecided, not blocked."""
+    pytest.importorskip("coal")
+    arm, mesh = sm.named_arm("panda"), box_mesh(1.0, [0.5, 0.6, 0.1])
+    q = np.array([[0.1, 0.3, -0.2, -1.5, 0.2, 1.6, 0.4]])
+    point = Cells(q, q, np.zeros_like(q), np.zeros((1, 4)), np.arange(1))
+    far = float(Scene(arm, [BoxObstacle((1.0, 1.1, 0.6), (1.0, 1.0, 1.0))]).least_margins(q)[0][0])
+    assert far > 0.0
+    assert Scene(arm, [mesh], clearance=far - 5e-8).of_cells(point).state == 0
+    assert Scene(arm, [mesh], clearance=far - 1e-6).of_cells(point).state == 1
+    assert Scene(arm, [mesh], clearance=far + 1e-6).of_cells(point).state == -1
+
+
+def test_obstacles_out_of_reach_are_doubted_with_self_collision_too():
+    arm = sm.PlanarArm([1.0, 1.0, 1.0], thickness=0.1)
+    for self_collision in (False, True):
+        assert "no obstacle is in reach" in Scene(arm, [CircleObstacle((1e3, 0.0), 1.0)], 0.0, self_collision).doubt()
+
+
+@pytest.mark.parametrize("obstacle", [CircleObstacle((0.0, 9.0), 1.0), PolygonObstacle([[0, 9], [1, 9], [1, 10]])])
+def test_nothing_is_sure_of_what_is_no_number(obstacle):
+    q = np.array([[np.nan, 0.0, 0.0]])
+    cell = Cells(q, q, np.zeros_like(q), np.zeros((1, 4)), np.arange(1))
+    assert Scene(sm.PlanarArm([1.0, 1.0, 1.0]), [obstacle]).of_cells(cell).state == 0

@@ -171,3 +171,13 @@ def test_a_problem_without_a_motion_has_no_widest_one():
     problem = sm.Problem(arm, sm.Line([1.5, -2.5], [1.5, 2.5]))
     with pytest.raises(sm.InfeasibleError):
         sm.plan(problem, sm.Widest(time_limit=30.0))
+
+
+def test_a_start_is_as_wide_as_the_elbow_that_limits_leave_it():
+    """With the other elbow it would be five times as far away, which no motion is to be asked for."""
+    arm = sm.PlanarArm([1, 1, 1], [(-3.1, 3.1), (0.2, 3.1), (-3.1, 3.1)])
+    path, theta1 = sm.Line([1.2, 0.8], [1.8, 0.8]), -0.78683884
+    disc = CircleObstacle(1.25 * np.array([np.cos(theta1), np.sin(theta1)]), 0.05)
+    problem = sm.Problem(arm, path, start=[0.6], obstacles=[disc])
+    plan = sm.plan(problem, sm.Widest("clearance", time_limit=20.0))
+    assert 0.19 < plan.parameters["kept"] <= plan.parameters["at_most"] < 0.21

@@ -6,7 +6,7 @@ import pytest
 import selfmotion as sm
 from clearance import oracle
 from selfmotion.planners import globally_optimal
-from selfmotion.planners.widest_chain import COARSE, FINE, widest_chain
+from selfmotion.planners.widest_chain import COARSE, FINE, _Rung, _traced, _Ways, widest_chain
 from selfmotion.scene import CircleObstacle, HalfPlaneObstacle, PolygonObstacle
 
 
@@ -98,3 +98,14 @@ def test_a_wall_across_the_path_is_proved_before_anything_is_tried_at_random(mon
     wall = [HalfPlaneObstacle((0.0, -3.0), (0.0, 1.0)), CircleObstacle((26.0, 12.0), 7.0)]
     with pytest.raises(sm.InfeasibleError):
         sm.plan(sm.Problem(seed_arm, sm.Line([62.0, -2.0], [40.0, 40.0]), obstacles=wall), sm.Global(time_limit=30.0))
+
+
+def test_moves_along_the_last_two_rungs_are_told_in_their_order():
+    q = np.arange(3.0)[:, None]
+    rungs = [_Rung(q, np.full(3, True))] * 3
+    none, way = np.full(3, -1), np.array([-1, 0, 1])
+    ways = [_Ways(none, none), _Ways(np.zeros(3, int), way), _Ways(np.full(3, 2), way)]
+    r, found = _traced(rungs, ways, 2, np.linspace(0.0, 1.0, 3))
+    assert (np.diff(r) > 0.0).all()
+    assert (r[0], r[-1]) == (0.0, 1.0)
+    np.testing.assert_array_equal(found[:, 0], [0, 0, 1, 2, 0, 1, 2])
