@@ -44,7 +44,7 @@ _SETTINGS: dict[Any, Any] = {
 }
 COLUMN = 3.5
 """Width of one printed column [inch]."""
-_LONGEST = 28  # letters of a name that someone gave
+_LONGEST = 20  # letters of a name that someone gave
 
 
 def literal(name: str) -> str:
