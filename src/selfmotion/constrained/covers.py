@@ -21,6 +21,7 @@ _TIMES = 3  # that undecided cells are split again …
 _SHORTER = 4.0  # … into cells so many times as short
 _MOST = 200  # undecided cells that are split again at once: more are no borders but narrows
 _HALVINGS = 4  # of boxes that are undecided …
+_MOST_BOXES = 20_000  # … and not more than these …
 _SMALLEST = 1e-3  # … and have a radius above this [rad]; at the ends of the path, in slabs of no width, all are large
 _SHRUNK = 0.75  # part of its radius that half a box has where its slab is not too thick for smaller ones
 _SHORTEST = 1e-7  # cells that are not split again [rad]
@@ -158,7 +159,7 @@ class ConstrainedSlabs:
             state = np.min(found, axis=0)
             radius = 0.5 * (boxes.high - boxes.low).max(axis=1)
             again = (state != BLOCKED) & (state != FREE) & (radius > _SMALLEST) & (radius <= _SHRUNK * most)
-            again &= len(levels) < _HALVINGS and high > low
+            again &= len(levels) < _HALVINGS and high > low and len(boxes) <= _MOST_BOXES
             levels.append(_Level(replace(boxes, clean=boxes.clean & (state == FREE)), state, again, parent))
             if not again.any():
                 break

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING, NoReturn, cast
@@ -14,7 +15,7 @@ from selfmotion._types import FloatArray
 from selfmotion.arms.protocols import u_steps
 from selfmotion.certificate.infeasibility import told, unproved
 from selfmotion.certificate.joined import leads_on
-from selfmotion.constrained import constraints_of
+from selfmotion.constrained import constraints_of, unconstrained
 from selfmotion.domain import blocked_by
 from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError, UndecidedError
 from selfmotion.optimizers import Progress
@@ -41,6 +42,7 @@ _MARGIN = 1e-12  # relative
 _STEEP = 1e5  # |dq/du| beyond which a start given by u leaves joints open
 _NEAR = 1e-2  # length of cells then [rad]
 _FOR_A_CHAIN = 0.25  # part of the time left in which postures that keep far away are looked for
+_FOR_GROUPS = 0.25  # the same in which it is told where motions lead, as long as none is known
 _FOR_A_REASON = 0.5  # part of the time left that goes into a proof that there is no motion, where it looks like that
 _POLISHED = 0.1  # of the gap asked for, what the motion may cost for want of knots
 _POLISHED_FOR_LARGE = 5e-3  # the same of gaps above 1e-2, but no less than 1e-5
@@ -117,6 +119,7 @@ class _Search:
         self.tubes: list[Tube] = []
         self.levels: list[Level] = []
         self.undecided: UndecidedError | None = None  # why there may be no motion
+        self.asked_why = False  # whether that was looked for
 
     def plan(self) -> Plan:
         problem = self.problem
@@ -137,7 +140,7 @@ class _Search:
 
     def _explain(self) -> None:
         """Raise the proof that there is no motion, if one is found; else remember what is known of it."""
-        now = time.perf_counter()
+        self.asked_why, now = True, time.perf_counter()
         error = explained(self.problem, now + _FOR_A_REASON * (self.deadline - now))
         if isinstance(error, InfeasibleError):
             raise error
@@ -216,10 +219,20 @@ class _Search:
         """Prove a part's bound; where its cheapest chords jump gaps that motions may not cross, without these."""
         part.bound, part.chain = part.tube.evaluate(self.deadline), part.tube.cheapest()
         if constraints_of(self.problem.arm) and self.problem.has_slabs and _jumps(part.chain):
-            part.tube.connect(self._slabs, self.deadline)
+            now = time.perf_counter()
+            part.tube.connect(self._slabs, now + (_FOR_GROUPS if self.best is None else 1.0) * (self.deadline - now))
             part.bound = part.tube.evaluate(self.deadline)
             if not part.tube.is_empty:
                 part.chain = part.tube.cheapest()
+
+    @property
+    def _half_time(self) -> float:
+        return 0.5 * (self.began + self.deadline)
+
+    @cached_property
+    def _starts(self) -> Iterator[Start]:
+        """Random starts, of which each round takes some."""
+        return random_starts(self.problem, np.random.default_rng(0), 2 * _STARTS, self._half_time)
 
     @cached_property
     def _slabs(self) -> SlabCover:
@@ -313,13 +326,11 @@ class _Search:
         if self.best is None and not self.levels and constraints_of(self.problem.arm):
             self._pass_widely()
         if self.best is None:
-            half_time = 0.5 * (self.began + self.deadline)
-            starts = random_starts(self.problem, np.random.default_rng(0), 2 * _STARTS, half_time)
-            for other in islice(starts, _STARTS):
-                if time.perf_counter() > half_time:
+            for other in islice(self._starts, _STARTS):
+                if time.perf_counter() > self._half_time:
                     break
                 self._add(other)
-        if self.best is None and not self.levels:
+        if self.best is None and not self.asked_why:
             self._explain()
         if self.levels:
             self._polish()
@@ -431,8 +442,9 @@ def _warm(problem: Problem) -> None:
     """Have the kernels compiled, or loaded, before the clock starts: once for arms that use the same ones."""
     from selfmotion.certificate.tube import Setting, first_tube
 
-    cover = problem.arm.cover()
-    kernels = (type(cover).__name__, problem.arm.branches, problem.objective.kind)
+    cover, constraints = problem.arm.cover(), constraints_of(problem.arm)
+    names = [type(each).__name__ for each in (unconstrained(problem.arm).cover(), *constraints)]
+    kernels = (", ".join(names), problem.arm.branches, problem.objective.kind)
     if kernels in _warmed:
         return
     setting = Setting(cover, problem.path, problem.objective.kind, np.ones(problem.arm.n))
