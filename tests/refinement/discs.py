@@ -22,6 +22,11 @@ class Discs:
         """Distances of every link to every disc, shape (k, links · discs)."""
         return self._nearest(np.asarray(q))[0]
 
+    def least_margins(self, q):
+        """The least of them and which it is, shapes (k,)."""
+        margins = self.margins(q)
+        return margins.min(axis=1), margins.argmin(axis=1)
+
     def gradients(self, q):
         """The same, and how they change with the joints."""
         q = np.asarray(q)
