@@ -87,7 +87,7 @@ def test_motion_and_proof_meet(widest, among_discs, margin):
     assert 0.0 < kept <= most <= kept / (1 - 0.03)  # 1e-2 asked for, in what time there is
     assert plan.verification.holds
     met = most - kept <= 1e-2 * kept * (1.0 + 1e-9)
-    assert plan.parameters["stopped"].startswith("to the tolerance" if met else "until the time limit")
+    assert plan.parameters["stopped"].startswith("to the tolerance" if met else "until nothing more was decided")
     assert plan.planner == "widest"
     assert plan.lower_bound is None  # of motions that come nearer nothing is said
     assert plan.cost * (1 - 1e-2) <= plan.parameters["cost_at_least"] <= plan.cost
