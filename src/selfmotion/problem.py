@@ -283,7 +283,7 @@ class Problem:
             found.append(None if against is None else f"{against}: {remedy}")
         found += [] if placement is None else placement.doubts(self.arm.reach)
         found += self.arm.limits.doubts()
-        found.append(None if self.scene is None else self.scene.doubt())
+        found += [] if self.scene is None else self.scene.doubts()
         return tuple(doubt for doubt in found if doubt is not None)
 
     def _check_reach(self) -> None:

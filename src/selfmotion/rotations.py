@@ -376,6 +376,14 @@ def from_rpy(field: str, value: Any) -> FloatArray:
     return upper(product(yaw, product(pitch, roll)))
 
 
+def unlikely_rpy(rpy: FloatArray) -> str | None:
+    """Return what is to be said of roll, pitch and yaw that may be in degrees; None if there is nothing."""
+    largest = float(np.abs(rpy).max())
+    if largest <= 2 * np.pi:
+        return None
+    return f"rpy turns by {largest:g} rad, more than a full turn: is it in degrees? it is in radians"
+
+
 def _rows(value: Any) -> Any:
     """Return `value` as an array, or nothing that has rows if it is ragged."""
     try:

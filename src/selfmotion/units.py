@@ -9,6 +9,8 @@ UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
 # A path that fits an arm extends over this much of its reach; a workpiece over so many metres.
 _FITS = (0.05, 2.0)
 _WORKPIECE = (0.01, 3.0)
+# Reaches that what stands in a cell extends over.
+_SOLID = (2e-3, 100.0)
 # Sizes [m] that no drawing of a workpiece is likely to have.
 _LEAST, _MOST = 2e-4, 50.0
 _ARM = (2e-3, 50.0)  # reaches [m] between which those of arms are
@@ -92,6 +94,23 @@ def unlikely_arm(reach: float, unit: str) -> str | None:
     fit = [f"{size:.3g} m if they were in {name}" for name, size in others.items() if _WORKPIECE[0] < size < 10]
     said = f"the arm reaches {reach:.3g} m, its links being in {unit} (placement.unit)"
     return said + (f"; it would reach {' or '.join(fit)}" if fit else "")
+
+
+def unlikely_mesh(extent: float, reach: float) -> str | None:
+    """Return what is to be said of a mesh so large or so small for an arm that its unit is in doubt; None if it is not.
+
+    Parameters
+    ----------
+    extent, reach : float
+        The largest side of the box around the mesh, scaled, and how far the arm reaches, in one unit.
+    """
+    if _SOLID[0] * reach <= extent <= _SOLID[1] * reach:
+        return None
+    by = 0.001 if extent > reach else 1000.0
+    return (
+        f"the mesh extends over {extent:.3g}, and the arm reaches {reach:.3g}: was mm taken for m, or m for mm? "
+        f"{by:g} times as large it extends over {by * extent:.3g}; scale multiplies the numbers of the file"
+    )
 
 
 def point_text(point: Iterable[float]) -> str:

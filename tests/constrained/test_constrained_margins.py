@@ -152,7 +152,35 @@ def test_what_distances_to_meshes_are_short_by_blocks_nothing():
 def test_obstacles_out_of_reach_are_doubted_with_self_collision_too():
     arm = sm.PlanarArm([1.0, 1.0, 1.0], thickness=0.1)
     for self_collision in (False, True):
-        assert "no obstacle is in reach" in Scene(arm, [CircleObstacle((1e3, 0.0), 1.0)], 0.0, self_collision).doubt()
+        (doubt,) = Scene(arm, [CircleObstacle((1e3, 0.0), 1.0)], 0.0, self_collision).doubts()
+        assert "no obstacle is in reach" in doubt
+
+
+@pytest.mark.parametrize(("size", "by"), [(600.0, "0.001"), (6e-4, "1000")])
+def test_meshes_in_another_unit_are_doubted(tmp_path, size, by):
+    """A mesh in millimetres encloses the arm, and so is not out of reach: its size alone gives it away."""
+    pytest.importorskip("coal")
+    arm, at = sm.named_arm("panda"), [0.3, 0.2, 0.1]
+    mesh = box_mesh(size, at)
+    mesh.name = "bench"
+    (doubt,) = Scene(arm, [mesh]).doubts()
+    assert doubt.startswith(f"obstacle 1 (bench): the mesh extends over {size:.3g}")
+    assert f"{by} times as large" in doubt
+    assert "scale" in doubt
+    assert Scene(arm, [box_mesh(0.6, at), box_mesh(20.0, [-10.0, -10.0, -21.0])]).doubts() == []
+
+
+def test_turns_of_obstacles_in_degrees_are_doubted(tmp_path):
+    pytest.importorskip("coal")
+    arm, file = sm.named_arm("panda"), tmp_path / "corner.obj"
+    file.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+
+    def scene(rpy):
+        return Scene(arm, [BoxObstacle((0.5, 0.0, 0.2), (0.1, 0.1, 0.1), rpy), MeshObstacle(str(file), rpy=rpy)])
+
+    said = "rpy turns by 90 rad, more than a full turn: is it in degrees? it is in radians"
+    assert scene((0.0, 0.0, 90.0)).doubts() == [f"obstacle 1: {said}", f"obstacle 2: {said}"]
+    assert scene((0.0, 0.0, 2 * np.pi)).doubts() == []
 
 
 @pytest.mark.parametrize("obstacle", [CircleObstacle((0.0, 9.0), 1.0), PolygonObstacle([[0, 9], [1, 9], [1, 10]])])

@@ -10,11 +10,12 @@ import numpy as np
 from selfmotion._checks import finite_array, positive, read_only
 from selfmotion._types import BoolArray, FileName, FloatArray, IntArray, SpacePoint
 from selfmotion.errors import InvalidInputError
-from selfmotion.rotations import from_rpy, matrix
+from selfmotion.rotations import from_rpy, matrix, unlikely_rpy
 from selfmotion.scene.extra import coal
 from selfmotion.scene.kinds import MESH
 from selfmotion.scene.mesh_file import load_triangles
 from selfmotion.scene.obstacle import Obstacle
+from selfmotion.units import unlikely_mesh
 
 MOST_TRIANGLES = 500_000
 """From more triangles a mesh is refused."""
@@ -60,6 +61,7 @@ class MeshObstacle(Obstacle):
     dimension = 3
     vertices: FloatArray
     triangles: IntArray
+    _rpy = np.zeros(3)  # as given, of a mesh from a file
     fields: ClassVar = {"vertices": "vertices", "triangles": "triangles"}
 
     def __init__(
@@ -73,7 +75,7 @@ class MeshObstacle(Obstacle):
     ) -> None:
         super().__init__(name)
         origin, turn = finite_array("position", position, 1, 3), matrix(from_rpy("rpy", rpy))
-        by = positive("scale", scale)
+        self._rpy, by = finite_array("rpy", rpy, 1, 3), positive("scale", scale)
         try:
             vertices, triangles = load_triangles(file)
             if hull:
@@ -124,6 +126,12 @@ class MeshObstacle(Obstacle):
     def shape(self) -> tuple[int, FloatArray]:
         """Return the kind of a mesh, which kernels leave to :meth:`distances`, and no numbers, shape (0,)."""
         return MESH, np.empty(0)
+
+    def doubts(self, reach: float) -> list[str]:
+        """Return whether its numbers may be in another unit, and its turns in degrees."""
+        extent = float(np.ptp(self.vertices, axis=0).max())
+        found = unlikely_mesh(extent, reach), unlikely_rpy(self._rpy)
+        return [doubt for doubt in found if doubt is not None]
 
     @cached_property
     def _corners(self) -> FloatArray:

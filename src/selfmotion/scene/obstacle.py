@@ -66,6 +66,10 @@ class Obstacle(ABC):
         named = {} if self.name is None else {"name": self.name}
         return {**named, self.kind: values.get("", values)}
 
+    def doubts(self, reach: float) -> list[str]:
+        """Return what is doubtful of it and yet may be meant, about an arm of this reach."""
+        return []
+
     @abstractmethod
     def shape(self) -> tuple[int, FloatArray]:
         """Return its kind and numbers for the kernels of distances, shape (k,)."""

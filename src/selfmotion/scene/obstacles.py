@@ -9,7 +9,7 @@ import numpy as np
 from selfmotion._checks import finite_array, positive, read_only
 from selfmotion._types import FloatArray, Point, SpacePoint, Vector
 from selfmotion.errors import InvalidInputError
-from selfmotion.rotations import from_rpy, matrix
+from selfmotion.rotations import from_rpy, matrix, unlikely_rpy
 from selfmotion.scene.kinds import BOX, CAPSULE, HALF_SPACE, SPHERE
 from selfmotion.scene.mesh import MeshObstacle
 from selfmotion.scene.obstacle import Obstacle
@@ -182,6 +182,11 @@ class BoxObstacle(Obstacle):
     def shape(self) -> tuple[int, FloatArray]:
         """Return the kind and the numbers of a box: centre, half sizes, rotation row by row, shape (15,)."""
         return BOX, np.concatenate([self.center, 0.5 * self.size, self.rotation.ravel()])
+
+    def doubts(self, reach: float) -> list[str]:
+        """Return whether its turns may be in degrees."""
+        doubt = unlikely_rpy(self.rpy)
+        return [] if doubt is None else [doubt]
 
 
 class CapsuleObstacle(Obstacle):

@@ -187,8 +187,16 @@ class Scene:
         name = self.obstacles[k].name
         return f"obstacle {k + 1}" + (f" ({name})" if name else "")
 
-    def doubt(self) -> str | None:
-        """Return what is doubtful: a clearance from nothing, or obstacles none of which a link can come near to."""
+    def doubts(self) -> list[str]:
+        """Return what is doubtful: units of obstacles, a clearance from nothing, or nothing that links come near to."""
+        found = [
+            f"{self.name(k)}: {doubt}"
+            for k, obstacle in enumerate(self.obstacles) for doubt in obstacle.doubts(self.scale)
+        ]  # fmt: skip
+        lonely = self._keeps_from_nothing()
+        return found if lonely is None else [*found, lonely]
+
+    def _keeps_from_nothing(self) -> str | None:
         if not self.obstacles:
             return "a clearance is asked for, and no obstacle is given" if self.clearance else None
         each = self.margins(np.zeros((1, self.links.levers.shape[-1])))[0]
