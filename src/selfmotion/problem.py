@@ -15,6 +15,7 @@ from selfmotion._checks import angles, choice, finite_array, integer, number, po
 from selfmotion._types import FloatArray
 from selfmotion.angles import TAU
 from selfmotion.arms import RedundantArm
+from selfmotion.arms.limits import ON_LIMIT
 from selfmotion.arms.protocols import length_unit, u_period, u_steps
 from selfmotion.constrained import Constraint, SingularityMargin, constrained, constraints_of, unconstrained
 from selfmotion.domain import DomainStructure, angle_domain, blocked_at, blocked_stretches, out_of_reach
@@ -37,8 +38,6 @@ CHECKS: dict[Margin, str] = {"clearance": "clearance", "least_singular_value": "
 """The check that fails where a margin is not kept."""
 ANGLE = 1e-6
 """Error of an angle that is still the angle asked for [rad]."""
-# A posture may stand on a limit up to rounding.
-_ON_LIMIT = 1e-9
 _LOOK_AT = 1000
 # Panels of a quadrature along a path, besides its breaks; nodes of all their halves together.
 _PANELS = 4
@@ -356,7 +355,7 @@ class Problem:
                 "give joint angles that hold the tool on the path (and in its direction), or give u",
                 q.tolist(),
             )
-        branches = tuple(b for b in self.elbow_branches if arm.is_on_branch(q, b, _ON_LIMIT))
+        branches = tuple(b for b in self.elbow_branches if arm.is_on_branch(q, b, ON_LIMIT))
         if not branches:
             reason = f"is not on the {self.elbow} elbow" if _has_elbow(arm) else f"is not on branch {self.elbow}"
             remedy = f"change {'elbow' if _has_elbow(arm) else 'branch'} or q"
@@ -365,22 +364,21 @@ class Problem:
 
     def _check_inside(self, name: str, posture: Posture, r: float) -> None:
         """Refuse a posture that no allowed branch can take, saying which constraint forbids it."""
-        arm, target = self.arm, self.path(r)
+        arm = self.arm
         if blocked_at(arm, self.path, r, self.elbow_branches):
             return  # the fault is the path's, not the posture's; planners prove it
         if posture.q is not None:
             excess = np.maximum(-arm.limits.margin(posture.q), 0.0)
             tried = [(excess, posture.q)]
         else:
-            solved = [arm.solve(target, posture.u, branch) for branch in self.elbow_branches]
-            tried = [(arm.limits.excess(q), q) for q, ok in solved if ok]
+            tried = [(arm.limits.excess(q), q) for q in postures_of(self, posture, r)]
             if not tried:
                 raise InvalidInputError(
                     f"{name}.u", f"is out of reach at r = {r:g}", self.feasible_at(r), posture.u.tolist()
                 )
         excess, q = min(tried, key=lambda pair: float(pair[0].max()))
         joint = int(np.argmax(excess))
-        if excess[joint] > _ON_LIMIT:
+        if excess[joint] > ON_LIMIT:
             by = f"{excess[joint]:.6g} {arm.limits.units[joint]}"
             raise InvalidInputError(
                 f"{name}.{'u' if posture.q is None else 'q'}",
@@ -388,7 +386,7 @@ class Problem:
                 self.feasible_at(r),
                 (posture.u if posture.q is None else posture.q).tolist(),
             )
-        self._check_constraints(name, posture, [tried_q for off, tried_q in tried if off.max() <= _ON_LIMIT], r)
+        self._check_constraints(name, posture, [tried_q for off, tried_q in tried if off.max() <= ON_LIMIT], r)
 
     def _check_constraints(self, name: str, posture: Posture, found: list[FloatArray], r: float) -> None:
         """Refuse a posture of which all that limits allow, `found`, break another constraint."""
@@ -424,9 +422,17 @@ class Problem:
     def may_start_at(self, u: FloatArray, branch: int) -> bool:
         """Return whether a motion on `branch` may start with redundancy vector `u`."""
         q, ok = self.arm.solve(self.path(0.0), u, branch)
-        if not ok or (self.arm.limits.excess(q) > _ON_LIMIT).any():
+        if not ok or not self.arm.limits.admit(q):
             return False
         return all((c.margins(q[None]) >= -c.tolerance).all() for c in constraints_of(self.arm))
+
+
+def postures_of(problem: Problem, posture: Posture, r: float) -> FloatArray:
+    """Return the joint angles (m, n) that a given posture may have at r: by its u one posture per elbow, at most."""
+    if posture.q is not None:
+        return posture.q[None]
+    solved = [problem.arm.solve(problem.path(r), posture.u, branch) for branch in problem.elbow_branches]
+    return np.array([q for q, ok in solved if ok]).reshape(-1, problem.arm.n)
 
 
 def _constraints(

@@ -377,7 +377,18 @@ def from_rpy(field: str, value: Any) -> FloatArray:
 
 
 def unlikely_rpy(rpy: FloatArray) -> str | None:
-    """Return what is to be said of roll, pitch and yaw that may be in degrees; None if there is nothing."""
+    """Return what is to be said of roll, pitch and yaw that may be in degrees.
+
+    Parameters
+    ----------
+    rpy : array, shape (3,)
+        [rad]
+
+    Returns
+    -------
+    str or None
+        None if there is nothing to be said.
+    """
     largest = float(np.abs(rpy).max())
     if largest <= 2 * np.pi:
         return None

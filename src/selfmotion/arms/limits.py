@@ -18,6 +18,8 @@ from selfmotion.errors import InvalidInputError
 
 _MANY_TURNS = 4 * TAU  # that a joint's limits are seldom beyond [rad]
 _LONG = 100.0  # that rails seldom are [m]
+ON_LIMIT = 1e-9
+"""By how much a posture that is given, or solved for, may overrun a limit [rad, or m of joints that slide]."""
 
 
 class Lifted(NamedTuple):
@@ -178,6 +180,19 @@ class JointLimits:
         middle = 0.5 * (np.where(both, self.lower, 0.0) + np.where(both, self.upper, 0.0))
         near = nearest_turn(angles, middle, self.period)
         return np.maximum(np.maximum(lower - near, near - upper), 0.0)
+
+    def admit(self, q: ArrayLike) -> BoolArray:
+        """Return which postures keep the limits up to rounding when whole turns are free.
+
+        Parameters
+        ----------
+        q : array_like, shape (..., n)
+
+        Returns
+        -------
+        array of bool, shape (...)
+        """
+        return np.asarray((self.excess(q) <= ON_LIMIT).all(axis=-1))
 
     def lift(self, q: FloatArray, start: ArrayLike | None = None) -> Lifted:
         """Make sampled motions continuous and choose each joint's number of turns.

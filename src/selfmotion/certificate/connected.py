@@ -6,7 +6,6 @@ they overlap, and from part to part with r never descending; so cells that no su
 
 from __future__ import annotations
 
-import time
 from itertools import pairwise
 
 import numpy as np
@@ -15,15 +14,12 @@ from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.arms.cells import Cells
 from selfmotion.arms.slabs import SlabCover
 from selfmotion.certificate._chain_kernels import components, meeting
+from selfmotion.deadline import OutOfTimeError, in_time
 
 _PARTS = 4  # of a slab
 _SIZE = 0.1  # radius of boxes [rad]
 _MOST = 20_000  # boxes of a part that are compared with each other
 _ROUNDING = 1e-8  # of cells [rad]
-
-
-class NotInTimeError(Exception):
-    """The deadline passed before a slab was covered, or it takes more boxes than can be compared in any time."""
 
 
 def groups(
@@ -48,7 +44,8 @@ def groups(
 
     Raises
     ------
-    NotInTimeError
+    OutOfTimeError
+        Also if the slab takes more boxes than can be compared in any time.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -57,11 +54,10 @@ def groups(
     ways = np.eye(len(one), dtype=bool)  # from cells to what they lead to: themselves, connected parts, cells again
     before = _extent(one)
     for start, stop in pairwise(edges.tolist()):
-        if time.perf_counter() > deadline:
-            raise NotInTimeError
+        in_time(deadline)
         boxes = slabs.boxes(start, stop, _SIZE)
         if len(boxes) > _MOST:
-            raise NotInTimeError
+            raise OutOfTimeError
         now = boxes.low, boxes.high, components(boxes.low, boxes.high, slabs.wraps)
         ways = ways @ _meeting(before, now, slabs.wraps)
         before = now

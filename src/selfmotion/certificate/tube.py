@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -18,8 +17,9 @@ from selfmotion.arms.cells import Cells, Cover
 from selfmotion.arms.slabs import SlabCover
 from selfmotion.certificate import _chord_kernels, _kernels, _proposal_kernels
 from selfmotion.certificate._arrays import Arcs, Values
-from selfmotion.certificate.connected import NotInTimeError, groups
+from selfmotion.certificate.connected import groups
 from selfmotion.certificate.slices import SAME, Rows, Slice, joint_groups, leading_on, led_parts
+from selfmotion.deadline import OutOfTimeError, in_time
 from selfmotion.errors import InvalidInputError
 
 _KINDS = {"joint_travel": _chord_kernels.TRAVEL, "l1": _chord_kernels.L1, "l2": _chord_kernels.L2}
@@ -28,10 +28,6 @@ _ABOUT = 1.3  # of their spacing: longer cells are split
 _THREADS = 2
 _ROUNDING = 1e-12  # of angles [rad]
 _FINER = 24.0  # what one look divides the spacing by
-
-
-class OutOfTimeError(Exception):
-    """The deadline passed; what was proved before still holds."""
 
 
 class Setting(NamedTuple):
@@ -153,7 +149,7 @@ class Tube:
                 return
             try:
                 after, before = groups(slabs, one.r, two.r, one.cells, two.cells, deadline)
-            except NotInTimeError:
+            except OutOfTimeError:
                 return
             self.slices[k] = replace(one, after=after).kept(after >= 0)
             self.slices[k + 1] = replace(two, before=before).kept(before >= 0)
@@ -347,8 +343,7 @@ class Tube:
 
     def _carried(self, one: Slice, values: Values | None, two: Slice, deadline: float, extended: bool = True) -> Values:
         """Carry values from one slice to another."""
-        if time.perf_counter() > deadline:
-            raise OutOfTimeError
+        in_time(deadline)
         assert values is not None
         m = len(two.cells)
         found = Values(np.empty((m, 2)), np.empty(m), np.empty((m, self.setting.cover.n)), np.empty(m))
@@ -392,8 +387,7 @@ def first_tube(
     """Return the whole angle domain on slices r; `start` and `end` are what alone may be there."""
     tube = Tube(setting, [])
     for k, at in enumerate(r):
-        if time.perf_counter() > deadline:
-            raise OutOfTimeError
+        in_time(deadline)
         given = start if k == 0 else end if k == len(r) - 1 else None
         x = setting.task(at)
         cells = setting.cover.cells(x, spacing) if given is None else given

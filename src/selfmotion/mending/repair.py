@@ -242,7 +242,7 @@ def _postures(problem: Problem, posture: Posture | None, r: float) -> FloatArray
     if posture.q is not None:
         return posture.q[None]
     q = np.array([arm.solve(problem.path(r), posture.u, branch)[0] for branch in problem.elbow_branches])
-    q = q[(arm.limits.excess(q) <= 1e-9).all(axis=1) & keeps_constraints(arm, q)]
+    q = q[arm.limits.admit(q) & keeps_constraints(arm, q)]
     return np.concatenate([arm.limits.lift(one[None, None])[0][0] for one in q]) if len(q) else np.empty((0, arm.n))
 
 

@@ -16,6 +16,7 @@ from selfmotion.arms.protocols import u_steps
 from selfmotion.certificate.infeasibility import told, unproved
 from selfmotion.certificate.joined import leads_on
 from selfmotion.constrained import constraints_of, unconstrained
+from selfmotion.deadline import OutOfTimeError
 from selfmotion.domain import blocked_by
 from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError, UndecidedError
 from selfmotion.optimizers import Progress
@@ -23,7 +24,7 @@ from selfmotion.planners.base import Planner
 from selfmotion.planners.reconfiguration import explained
 from selfmotion.planners.widest_chain import COARSE, FINE, widest_chain
 from selfmotion.plans import Plan
-from selfmotion.problem import Posture, Problem
+from selfmotion.problem import Posture, Problem, postures_of
 from selfmotion.refinement import Optima, Optimum, Start, random_starts, start_from
 from selfmotion.verification import Failure
 
@@ -148,7 +149,7 @@ class _Search:
 
     def _prove(self) -> str:
         """Refine the tube until the gap is small enough; return what proved the bound, or why it is not better."""
-        from selfmotion.certificate.tube import OutOfTimeError, Setting, first_tube
+        from selfmotion.certificate.tube import Setting, first_tube
 
         problem = self.problem
         cover = self._cover()
@@ -346,7 +347,7 @@ class _Search:
             now = time.perf_counter()
             try:
                 chain = widest_chain(self.problem, margins, fineness, now + _FOR_A_CHAIN * (self.deadline - now))
-            except TimeoutError:
+            except OutOfTimeError:
                 return
             if chain is not None:
                 self._add(start_from(self.problem, chain.q, chain.r), near=True)
@@ -409,8 +410,7 @@ class _Search:
             cells = cover.cells(x, _NEAR)
             room = (0.5 * np.abs(cells.b - cells.a) + cells.dev).sum(axis=1)  # u is a sum of joints
             return cells[np.abs(u_steps(arm, posture.u, arm.u_of(0.5 * (cells.a + cells.b))))[:, 0] <= room + _NEAR]
-        solved = [arm.solve(x, posture.u, b) for b in self.problem.elbow_branches]
-        return cover.points(np.array([q for q, ok in solved if ok]).reshape(-1, arm.n), turned=True)
+        return cover.points(postures_of(self.problem, posture, r), turned=True)
 
     def _give_up(self, argument: str, failure: Failure | None) -> NoReturn:
         if self.undecided is not None:

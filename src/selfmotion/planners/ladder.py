@@ -15,15 +15,15 @@ from selfmotion._checks import integer
 from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.angles import TAU, wrap
 from selfmotion.arms import JointLimits, RedundantArm
+from selfmotion.arms.limits import ON_LIMIT
 from selfmotion.arms.protocols import u_period
 from selfmotion.constrained import keeps_constraints
 from selfmotion.errors import InvalidInputError, NothingFeasibleError
 from selfmotion.mending.filling import filled
-from selfmotion.problem import Posture, Problem
+from selfmotion.problem import Problem, postures_of
 
 MOST_VALUES = 10_000
 _AT_ONCE = 2_000_000  # steps between two rungs that are judged at once
-_ON_LIMIT = 1e-9  # overrun of a limit allowed [rad]
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def _rungs(problem: Problem, r: FloatArray, count: int) -> list[FloatArray]:
             solved = [arm.solve(x, u[:, None], branch) for branch in problem.elbow_branches]
             q = np.concatenate([some[ok] for some, ok in solved])
         else:
-            q = _given(problem, posture, float(r[k]))
+            q = postures_of(problem, posture, float(r[k]))
         rung = turned(arm.limits, q)
         rung = rung[keeps_constraints(arm, rung)]
         if not len(rung):
@@ -139,14 +139,6 @@ def _values(arm: RedundantArm, count: int) -> FloatArray:
     return np.linspace(low, high, count)
 
 
-def _given(problem: Problem, posture: Posture, r: float) -> FloatArray:
-    """Return the postures (m, n) that a given one stands for."""
-    if posture.q is not None:
-        return posture.q[None]
-    solved = [problem.arm.solve(problem.path(r), posture.u, branch) for branch in problem.elbow_branches]
-    return np.array([q for q, ok in solved if ok]).reshape(-1, problem.arm.n)
-
-
 def wide(limits: JointLimits) -> BoolArray:
     """Return which joints can take every angle modulo 2π, shape (n,): free ones, and those with limits so far apart."""
     return limits.upper - limits.lower >= limits.period
@@ -155,9 +147,9 @@ def wide(limits: JointLimits) -> BoolArray:
 def turned(limits: JointLimits, q: FloatArray) -> FloatArray:
     """Return those of the postures (m, n) that whole turns put inside the limits of joints not wide, so put."""
     for j in np.flatnonzero(~wide(limits)):
-        turns = np.ceil((limits.lower[j] - _ON_LIMIT - q[:, j]) / limits.period[j])
+        turns = np.ceil((limits.lower[j] - ON_LIMIT - q[:, j]) / limits.period[j])
         q = q + limits.period[j] * turns[:, None] * (np.arange(q.shape[1]) == j)
-        q = q[q[:, j] <= limits.upper[j] + _ON_LIMIT]
+        q = q[q[:, j] <= limits.upper[j] + ON_LIMIT]
     return q
 
 

@@ -13,6 +13,7 @@ from selfmotion._types import FloatArray
 from selfmotion.certificate.chains import Chains
 from selfmotion.certificate.joined import ends
 from selfmotion.constrained import Constraint, SingularityMargin, unconstrained
+from selfmotion.deadline import OutOfTimeError
 from selfmotion.errors import InfeasibleError, InvalidInputError, NothingFeasibleError, UndecidedError
 from selfmotion.optimizers import Progress
 from selfmotion.planners.base import Planner
@@ -32,7 +33,6 @@ _SPACING = 0.02  # cells by which it is proved that no posture there keeps farth
 _RELATIVE = 1e-3  # by how much more is tried at first
 _UNIT = 1.0  # least singular value that is measured from
 _ROUNDING = 1e-9
-_ON_LIMIT = 1e-9  # overrun of a limit allowed [rad]
 _HARDLY = 0.3  # of the tolerance, by which less is tried than postures have
 _TOLERANCE = 1e-3  # of motions that need not be the shortest
 _FIRST_MOTION = 1.0  # gap at which the shortest motion is of no interest
@@ -182,7 +182,7 @@ class _Search:
         try:
             found = (widest_chain(self.problem, self._margins, fineness, until) for fineness in (COARSE, FINE))
             chain = self._chain = next((one for one in found if one is not None), None)
-        except TimeoutError:
+        except OutOfTimeError:
             return
         if chain is not None and self.low < chain.margin < self.high:
             less = chain.margin * (1.0 - _HARDLY * self.planner.tolerance)
@@ -290,7 +290,7 @@ class _Search:
         if q is None:
             return np.inf
         q = q[np.isfinite(q).all(axis=1)]
-        q = q[(self.problem.arm.limits.excess(q) <= _ON_LIMIT).all(axis=1)]
+        q = q[self.problem.arm.limits.admit(q)]
         return float(self._margins(q).max(initial=-np.inf))
 
     def _margins(self, q: FloatArray) -> FloatArray:

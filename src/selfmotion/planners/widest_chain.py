@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -11,12 +10,12 @@ import numpy as np
 from selfmotion._types import BoolArray, FloatArray, IntArray
 from selfmotion.arms.cells import Cover
 from selfmotion.constrained import keeps_constraints
-from selfmotion.problem import Posture, Problem
+from selfmotion.deadline import in_time
+from selfmotion.problem import Posture, Problem, postures_of
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-_ON_LIMIT = 1e-9  # overrun of a limit allowed [rad]
 _ROOM = 0.45  # part of the way between rungs along which self-motion at one of them is told to be
 
 
@@ -89,7 +88,7 @@ def widest_chain(
 
     Raises
     ------
-    TimeoutError
+    OutOfTimeError
         If the deadline passes before that is known: near singular postures and meshes postures take their time.
 
     Notes
@@ -108,7 +107,7 @@ def widest_chain(
         rungs.append(_rung(problem, cover, value, given.get(k), fineness.spacing))
         if not rungs[-1].given.any():
             return None
-        _in_time(deadline)
+        in_time(deadline)
     before, width, ways = None, np.empty(0), []
     for rung in rungs:
         tree, margin = cKDTree(_embedded(rung.q, cover.wraps)), margins(rung.q)
@@ -121,18 +120,13 @@ def widest_chain(
         if not np.isfinite(width).any():
             return None
         before = tree
-        _in_time(deadline)
+        in_time(deadline)
     width[~rungs[-1].given] = -np.inf
     if not np.isfinite(width).any():
         return None
     at, q = _traced(rungs, ways, int(np.argmax(width)), r)
     lifted = problem.arm.limits.lift(q[None], None if problem.start is None else problem.start.q)
     return WidestChain(at, lifted.q[0], float(width.max()))
-
-
-def _in_time(deadline: float) -> None:
-    if time.perf_counter() > deadline:
-        raise TimeoutError
 
 
 def _onward(
@@ -185,12 +179,8 @@ def _rung(problem: Problem, cover: Cover, r: float, posture: Posture | None, spa
     if posture is None:
         q = q[keeps_constraints(problem.arm, q)]
         return _Rung(q, np.full(len(q), True))
-    if posture.q is not None:
-        own = posture.q[None]
-    else:
-        solved = [problem.arm.solve(problem.path(r), posture.u, branch) for branch in problem.elbow_branches]
-        own = np.array([q for q, ok in solved if ok]).reshape(-1, problem.arm.n)
-        own = own[(problem.arm.limits.excess(own) <= _ON_LIMIT).all(axis=1)]
+    own = postures_of(problem, posture, r)
+    own = own[problem.arm.limits.admit(own)]
     given = np.arange(len(q) + len(own)) >= len(q)
     q = np.concatenate([q, own])
     kept = keeps_constraints(problem.arm, q)

@@ -11,8 +11,9 @@ import numpy as np
 from selfmotion._types import FloatArray, IntArray
 from selfmotion.angles import TAU, nearest_turn
 from selfmotion.arms import JointBox, JointLimits
+from selfmotion.arms.limits import ON_LIMIT
 from selfmotion.paths import Reversed
-from selfmotion.problem import ANGLE, Posture, Problem
+from selfmotion.problem import ANGLE, Posture, Problem, postures_of
 from selfmotion.refinement.follow import followed, freed, is_constrained, on_task
 from selfmotion.refinement.spline import Ends
 
@@ -25,7 +26,6 @@ _DRIFT = 3.0  # standard deviation of the random self-motion, at most [rad along
 _MORE = 4  # times as many postures are drawn for arms with further constraints, of which many cannot be freed
 _MOST_TURNS = 4
 _MOST_POSTURES = 64
-_ON_LIMIT = 1e-9  # a posture may be given on a limit up to rounding [rad]
 
 
 @dataclass(frozen=True)
@@ -152,16 +152,14 @@ def _fixed_postures(problem: Problem, posture: Posture | None, r: float, box: Jo
     """
     if posture is None:
         return []
-    if posture.q is not None:
-        candidates = [posture.q]
-    else:
-        solved = [problem.arm.solve(problem.path(r), posture.u, branch) for branch in problem.elbow_branches]
-        candidates = [turned for q, ok in solved if ok for turned in _turned(problem, q, box)]
+    candidates = list(postures_of(problem, posture, r))
+    if posture.q is None:
+        candidates = [turned for q in candidates for turned in _turned(problem, q, box)]
     # A free joint's box is a half turn at most, and which one does not matter.
     half_turn = ~problem.arm.limits.limited & np.isfinite(box.lower)
     middle = 0.5 * (np.where(half_turn, box.lower, 0.0) + np.where(half_turn, box.upper, 0.0))
     candidates = [np.where(half_turn, nearest_turn(q, middle), q) for q in candidates]
-    inside = [((q >= box.lower - _ON_LIMIT) & (q <= box.upper + _ON_LIMIT)).all() for q in candidates]
+    inside = [((q >= box.lower - ON_LIMIT) & (q <= box.upper + ON_LIMIT)).all() for q in candidates]
     return [np.clip(q, box.lower, box.upper) for q, ok in zip(candidates, inside, strict=True) if ok]
 
 
@@ -171,7 +169,7 @@ def _turned(problem: Problem, q: FloatArray, box: JointBox) -> list[FloatArray]:
     for j in np.flatnonzero(problem.arm.limits.limited & ~problem.arm.limits.slides):
         middle = np.rint((np.clip(0.0, box.lower[j], box.upper[j]) - q[j]) / TAU)
         angles = sorted(q[j] + TAU * (middle + np.arange(-_MOST_TURNS, _MOST_TURNS + 1)), key=abs)
-        inside = [angle for angle in angles if box.lower[j] - _ON_LIMIT <= angle <= box.upper[j] + _ON_LIMIT]
+        inside = [angle for angle in angles if box.lower[j] - ON_LIMIT <= angle <= box.upper[j] + ON_LIMIT]
         found = [np.concatenate([p[:j], [angle], p[j + 1 :]]) for p in found for angle in inside][:_MOST_POSTURES]
     return found
 
