@@ -5,7 +5,8 @@ import pytest
 from scipy.ndimage import label
 
 import selfmotion as sm
-from selfmotion.certificate.connected import NotInTimeError, groups
+from selfmotion.certificate.connected import groups
+from selfmotion.deadline import OutOfTimeError
 from selfmotion.report import seed_3r
 
 LOOKS = np.linspace(-np.pi, np.pi, 3001)
@@ -63,5 +64,5 @@ def test_a_wall_makes_two_groups(problem):
 def test_without_time_nothing_is_told(problem):
     cover = problem.arm.cover()
     cells = cover.cells(problem.path(0.4), 0.3)
-    with pytest.raises(NotInTimeError):
+    with pytest.raises(OutOfTimeError):
         groups(problem.arm.slabs(problem.path), 0.4, 0.5, cells, cells, 0.0)
