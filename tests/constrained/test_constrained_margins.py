@@ -157,7 +157,7 @@ def test_obstacles_out_of_reach_are_doubted_with_self_collision_too():
 
 
 @pytest.mark.parametrize(("size", "by"), [(600.0, "0.001"), (6e-4, "1000")])
-def test_meshes_in_another_unit_are_doubted(tmp_path, size, by):
+def test_meshes_in_another_unit_are_doubted(size, by):
     """A mesh in millimetres encloses the arm, and so is not out of reach: its size alone gives it away."""
     pytest.importorskip("coal")
     arm, at = sm.named_arm("panda"), [0.3, 0.2, 0.1]
